@@ -219,7 +219,7 @@ def holes(
 
     Old vertices and faces stay as they are, in their order; new ones come after. Vertices and faces
     count from 0. Where the mesh is symmetric and the other side has no hole, its mirror image
-    comes first.
+    comes first. Of several holes those that are mirror images of each other get the same fill.
 
     Exit code 1 where a mesh has no hole, 3 where no quads fit: an odd number of edges, an island.
 
@@ -362,10 +362,13 @@ def _answer(
     from query.holes import fill_holes
 
     answered: list[tuple[HoleFills, list[HoleFill]]] = []
+    best: list[HoleFill] = []
     for hole in chosen:
         strokes = [_stroke_on(hole, flow) for flow in flows]
-        found = fill_holes(database, hole, corners=corners, strokes=strokes, **options)
-        answered.append((found, list(found)))
+        found = fill_holes(database, hole, corners=corners, strokes=strokes, like=best, **options)
+        listed = list(found)
+        answered.append((found, listed))
+        best += listed[:1]
     return answered
 
 

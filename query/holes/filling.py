@@ -77,7 +77,7 @@ class HoleFill:
     local:    (q, 4) int32, the same quads with the loop's vertices as 0..L-1.
     corners:  (L,) int32 quads at each loop vertex.
     score:    the greater, the likelier that an artist made it; inf for a twin.
-    twin:     is it the mirror image of the other side of the mesh?
+    twin:     is it the mirror image of the other side of the mesh, or of the fill of a hole there?
     flipped:  quads that are turned over where they lie.
     valences: (L + k,) int32 faces around the loop's vertices and the new ones; 0 on the border that
               stays, where no number of them is regular.
@@ -180,6 +180,7 @@ def fill_holes(
     tolerance: int = 1,
     surface: Surface | None = None,
     twins: bool = True,
+    like: Sequence[HoleFill] = (),
     time_limit: float | None = None,
     threads: int | None = None,
     models: HoleModels | None = None,
@@ -196,18 +197,22 @@ def fill_holes(
     surface: what is to be laid on: new vertices come to rest on the part that the rim encloses, or,
     where the rim does not lie on it, are put on its nearest points.
     twins: is a mirror image of the other side proposed first?
+    like: fills of other holes of the mesh. Where this hole is the mirror image of one of theirs,
+    the same fill comes first, mirrored; where the mesh is nearly symmetric, it is placed anew.
     models: of what artists do; by default those that come with the package.
 
-    Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop and
-    for a hole with an island, InvalidQueryError for an odd loop (:func:`list_even_ways`
-    has the nearest ways out) and corners that are none.
+    Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop, for
+    a hole with an island and for a fill of another mesh, InvalidQueryError for an odd loop
+    (:func:`list_even_ways` has the nearest ways out) and corners that are none.
     """
     hole = choose_hole(mesh, loop=loop, faces=faces)
     _refuse_loop(hole)
     fixed = _fixed_corners(hole, corners or {})
+    if any(fill.hole.topology is not hole.topology for fill in like):
+        raise InvalidMeshError("like has a fill of another mesh; give fills of this one's holes")
     used = models or shipped_models()
     listed = _list_fills(
-        db, hole, fixed, tuple(strokes), tolerance, surface, twins, time_limit, threads, used
+        db, hole, fixed, tuple(strokes), tolerance, surface, twins, like, time_limit, threads, used
     )
     return HoleFills(hole, islice(listed, limit))
 
@@ -339,6 +344,7 @@ def _list_fills(
     tolerance: int,
     surface: Surface | None,
     twins: bool,
+    like: Sequence[HoleFill],
     time_limit: float | None,
     threads: int | None,
     models: HoleModels,
@@ -366,6 +372,10 @@ def _list_fills(
             quads, points = found
             if search.take_new(quads, n + len(points), n) is not None:
                 yield _twin_fill(hole, around, quads, points)
+        elif (same := _mirror_fill(hole, around, like)) is not None:
+            quads, points = same
+            if search.take_new(quads, n + len(points), n) is not None:
+                yield _twin_fill(hole, around, quads, points)
         else:
             for fill in _continue_part(db, hole, around, surface, time_limit, threads, models):
                 if search.take_new(fill.local, n + len(fill.points), n) is not None:
@@ -385,6 +395,25 @@ def _list_fills(
     board.add(list(source), PLACED - PLACED_FIRST)
     while board:
         yield _hole_fill(hole, around, *board.take_best(), ground)
+
+
+def _mirror_fill(
+    hole: Hole, around: Surroundings, like: Sequence[HoleFill]
+) -> tuple[Int32Array, NDArray[np.float64]] | None:
+    """The fill of a hole of which this one is the mirror image, turned to fit, and placed."""
+    for other in like:
+        match = prepare_twins(hole.topology).match(hole, other.hole)
+        # What is around them must ask for the same, or the same fill is another there.
+        if match is None or (look_around(other.hole).due[match.places] != around.due).any():
+            continue
+        n_vertices = len(hole) + len(other.points)
+        quads = match.mirror_quads(other.local, n_vertices)
+        if match.exact:
+            return quads, match.mirror_points(other.points)
+        placed = place_fill(around, quads, n_vertices)
+        if placed.flipped <= other.flipped:
+            return quads, placed.points
+    return None
 
 
 class _CandidateBoard:
@@ -468,7 +497,7 @@ def _continue_part(
         faces.append(face[::-1] if t.flipped[f] else face)
     near = PolygonMesh.from_faces(np.concatenate([t.mesh.points, part.points]), faces)
     smaller = hole_on_loop(MeshTopology.of(near), vertices)
-    listed = _list_fills(db, smaller, {}, (), 0, surface, False, time_limit, threads, models)
+    listed = _list_fills(db, smaller, {}, (), 0, surface, False, (), time_limit, threads, models)
     place = {int(v): i for i, v in enumerate(hole.loop)}
     for fill in islice(listed, CONTINUED):
         quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]

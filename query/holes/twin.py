@@ -1,8 +1,12 @@
-"""The mirror twin of a hole: where a mesh is symmetric, the other side shows what belongs there."""
+"""The mirror twin of a hole: where a mesh is symmetric, the other side shows what belongs there.
+
+Where the other side has the same hole, what fills one fills the other (:meth:`TwinFinder.match`).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -18,11 +22,40 @@ NEAR = 2e-3
 MOST_FACES = 5_000
 
 
+#: Two holes are mirror images of each other if their vertices are this near, as a part of the mean
+#: edge of the loop: clothes on a body that is not quite symmetric are so within 0.6 to 1 of it.
+NEAR_PAIR = 1.0
+
 #: Planes are found by so many vertices, in so many rounds; so large a part must have an image.
 SAMPLES, ROUNDS, MOSTLY = 3_000, 12, 0.5
 
 #: A unit normal (3,) and the distance of a plane from the origin along it.
 Plane = tuple[NDArray[np.float64], float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MirroredHole:
+    """How the loop of a hole is the mirror image of another one's.
+
+    places: (L,) int64 the place in the other loop whose mirror image lies at each place.
+    plane:  that of symmetry. exact: is the mirror image of a point of the other side where the
+            point belongs on this one, or only near it?
+    """
+
+    places: NDArray[np.int64]
+    plane: Plane
+    exact: bool
+
+    def mirror_quads(self, quads: Int32Array, n_vertices: int) -> Int32Array:
+        """Quads (q, 4) int32 of the other loop as quads of this one; inner vertices keep their
+        numbers."""
+        here = np.arange(n_vertices, dtype=np.int32)
+        here[self.places] = np.arange(len(self.places))
+        return here[quads[:, ::-1]]
+
+    def mirror_points(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """The mirror images of points (k, 3)."""
+        return _reflect(points, *self.plane)
 
 
 @lru_cache(maxsize=4)
@@ -146,6 +179,28 @@ class TwinFinder:
         number = {int(v): i for i, v in enumerate(twin)}
         quads, inner = self._number_quads(faces, number, n)
         return quads, _reflect(t.mesh.points[inner].reshape(-1, 3), normal, offset)
+
+    def match(self, hole: Hole, other: Hole) -> MirroredHole | None:
+        """How a hole is the mirror image of another hole of this mesh.
+
+        None where it is not in any plane of the mesh, within an edge, and where both are the same.
+        """
+        n = len(hole)
+        if len(other) != n or (np.sort(hole.loop) == np.sort(other.loop)).all():
+            return None
+        reach = NEAR_PAIR * max(hole.length, other.length) / n
+        place = np.arange(n)
+        best: tuple[float, MirroredHole] | None = None
+        for normal, offset in self._planes():
+            image = _reflect(other.points, normal, offset)
+            for first in range(n):
+                # Mirrored, the loop runs the other way.
+                at = (first - place) % n
+                off = float(np.linalg.norm(image[at] - hole.points, axis=1).max())
+                if off <= reach and (best is None or off < best[0]):
+                    exact = off <= NEAR * self._diagonal
+                    best = off, MirroredHole(at, (normal, offset), exact)
+        return None if best is None else best[1]
 
     def find_part(self, hole: Hole) -> tuple[Int32Array, NDArray[np.float64]] | None:
         """The quads of a hole across the symmetry plane whose mirror images are not in the hole.

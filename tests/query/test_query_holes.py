@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from shared import CHECKOUT
@@ -282,6 +282,72 @@ def test_a_mirror_twin_comes_first(source: PatternSource, turned: bool) -> None:
     apart = np.linalg.norm(placed[:, None] - removed[None], axis=2)
     assert first.n_quads == len(faces) and apart.min(axis=1).max() < 1e-3
     assert not next(fill_holes(source, topology, faces=sorted(faces), twins=False)).twin
+
+
+def dented_sheet(seed: int, uneven: float) -> PolygonMesh:
+    """A sheet symmetric in x = 0 but for so much of an edge, with a hole on either side; the same
+    faces and vertices are missing on both."""
+    rng = np.random.default_rng(seed)
+    n = 7
+    x, y = np.meshgrid(np.arange(-n, n + 1.0), np.arange(n + 1.0), indexing="ij")
+    a, b = rng.normal(size=2)
+    z = np.sin(a * np.abs(x) / 3 + b) * np.cos(b * y / 3)
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    points += rng.uniform(-uneven, uneven, points.shape) / np.sqrt(3)
+    wide, high = (int(v) for v in rng.integers(1, 4, 2))
+    gone = {(i, j) for i in range(2, 2 + wide) for j in range(2, 2 + high)}
+    # A notch, so that the loop has no symmetry of its own.
+    gone |= {(2, 2 + high)} if rng.random() < 0.5 and wide > 1 else set()
+    faces = []
+    for i, j in product(range(2 * n), range(n)):
+        if ((i - n if i >= n else n - 1 - i), j) not in gone:
+            v = i * (n + 1) + j
+            faces.append([v, v + n + 1, v + n + 2, v + 1])
+    return PolygonMesh.from_faces(points, faces)
+
+
+@settings(max_examples=20)
+@given(st.integers(0, 2**32), st.sampled_from([0.0, 0.25]))
+def test_mirrored_holes_get_the_same_fill(source: PatternSource, seed: int, uneven: float) -> None:
+    mesh = dented_sheet(seed, uneven)
+    topology = MeshTopology.of(mesh)
+    holes = [hole for hole in find_holes(topology) if len(hole) < 30]
+    assert len(holes) == 2
+    # Where the sheet happens to be symmetric otherwise, too, that side shows what was there.
+    assume(prepare_twins(topology).find(holes[1]) is None)
+    # Placed anew, a fill that is none of the best may have flipped quads, and is not offered.
+    rank = 0 if uneven else seed % 3
+    chosen = next(islice(fill_holes(source, holes[0]), rank, None))
+    other = fill_holes(source, holes[1], like=[chosen], limit=3)
+    fills = list(other)
+    for fill in fills:
+        check_fill(fill)
+    first = fills[0]
+    assert first.twin and first.n_quads == chosen.n_quads and not any(f.twin for f in fills[1:])
+    assert first.n_irregular == chosen.n_irregular
+    new = check_weld([chosen, first])
+    assert new.n_faces == mesh.n_faces + 2 * chosen.n_quads
+    # The mirror image of the whole is the whole: corners of faces by where they lie.
+    if not uneven:
+        image = new.points * [-1.0, 1.0, 1.0]
+        apart = np.linalg.norm(new.points[:, None] - image[None], axis=2)
+        at = apart.argmin(axis=0)
+        assert apart.min(axis=0).max() < 1e-6
+        faces = {frozenset(face) for face in new.faces()}
+        assert {frozenset(at[list(face)].tolist()) for face in new.faces()} == faces
+    plain = fill_holes(source, holes[1], like=[chosen], twins=False, limit=1)
+    assert not next(plain).twin
+    with pytest.raises(InvalidMeshError, match="another mesh"):
+        fill_holes(source, HOLED, loop=[16], like=[chosen])
+
+
+def test_holes_that_are_no_mirror_images_are_told_apart() -> None:
+    mesh = grid(9, {(1, 1), (2, 1), (5, 5), (6, 5)})
+    topology = MeshTopology.of(mesh)
+    one, two = (hole for hole in find_holes(topology) if len(hole) < 30)
+    finder = prepare_twins(topology)
+    assert len(one) == len(two) and finder.match(one, two) is None
+    assert finder.match(one, one) is None
 
 
 def middle_faces(shift: int) -> tuple[PolygonMesh, MeshTopology, int, list[int]]:
