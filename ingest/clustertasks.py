@@ -19,13 +19,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-import patterndb
 from ingest.learning import MeshLearning, Tally, merge_tallies
 from patterndb.core.code import pattern_ids
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import PackedRows
 from patterndb.errors import ClusterError
 from patterndb.store.records import Learned, LearningOptions, take_patterns
+from patterndb.system.version import __version__
 
 RecordT = TypeVar("RecordT", Tally, Learned)
 
@@ -75,7 +75,7 @@ def list_versions() -> dict[str, str]:
     """Versions of what the results depend on, in this process."""
     return {
         "python": platform.python_version(),
-        "patterndb": patterndb.__version__,
+        "patterndb": __version__,
         "numpy": np.__version__,
         "numba": numba.__version__,
     }

@@ -20,9 +20,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
+from patterndb.core.showing import Suffix, draw_by
 from patterndb.errors import PatternDBError
 from patterndb.system.latenames import load_late
 from patterndb.system.shadows import refuse_hidden_packages
+from patterndb.system.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from ingest.formats import ReadLimits, read_mesh, write_mesh
@@ -42,8 +44,6 @@ if TYPE_CHECKING:
     from query.listing.stream import Fills
     from query.placing import Placement, enclose_region, place
     from query.stroke import Stroke
-
-__version__ = "0.1.0"
 
 #: What the starter database is called where databases are named by their files.
 STARTER_NAME = ":starter:"
@@ -122,6 +122,15 @@ _HOMES = {
 refuse_hidden_packages(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # noqa: PTH100, PTH120
 
 __getattr__, __dir__ = load_late(__name__, _HOMES)
+
+
+def _draw(item: Pattern | Fill, suffix: Suffix) -> bytes:
+    from patterndb.notebook import draw
+
+    return draw(item, suffix)
+
+
+draw_by(_draw)
 
 
 @overload

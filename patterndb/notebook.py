@@ -1,8 +1,8 @@
-"""How patterns and fills show themselves in a notebook: the hook from the ground to the viewer.
+"""How patterns and fills show themselves in a notebook, one by one or as a sheet.
 
-``Pattern`` and ``Fill`` know nothing of drawing. Their ``_repr_svg_`` and ``_repr_png_`` ask
-this module, which imports the viewer only then. Beside the face, it is the one module here that
-knows what stands above.
+``Pattern`` and ``Fill`` know nothing of drawing. Their ``_repr_svg_`` and ``_repr_png_`` ask what
+the face has named (:mod:`patterndb.core.showing`), which is :func:`draw`; only then is the viewer
+imported. Beside the face, this is the one module here that knows what stands above.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ import tempfile
 from collections.abc import Iterable
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
+
+from patterndb.core.pattern import Pattern
+from patterndb.core.showing import Suffix
 
 if TYPE_CHECKING:
-    from patterndb.core.pattern import Pattern
     from query.fill import Fill
 
 #: Pictures that a sheet has unless asked otherwise: as many as one page holds.
 SHEET_LENGTH = 60
-
-Suffix = Literal[".svg", ".png"]
 
 
 class Sheet(list["Pattern | Fill"]):
@@ -65,8 +65,6 @@ def draw_sheet(items: Iterable[Pattern | Fill], suffix: Suffix, title: str = "")
 
 
 def _card_of(item: Pattern | Fill, rank: int | None = None) -> Any:
-    # Patterns import this module, if only when they are shown: so do not import them above.
-    from patterndb.core.pattern import Pattern
     from viewer import Card
 
     if isinstance(item, Pattern):

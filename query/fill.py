@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from patterndb.core.disk import Disk
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
+from patterndb.core.showing import draw_shown
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Triangles
@@ -85,15 +86,10 @@ class Fill:
         )
 
     def _repr_svg_(self) -> str:
-        # Imported here because only a notebook draws; see that module.
-        from patterndb.notebook import draw
-
-        return draw(self, ".svg").decode()
+        return draw_shown(self, ".svg").decode()
 
     def _repr_png_(self) -> bytes:
-        from patterndb.notebook import draw
-
-        return draw(self, ".png")
+        return draw_shown(self, ".png")
 
     @property
     def strict(self) -> bool:

@@ -49,12 +49,18 @@ from patterndb.errors import InvalidBoundaryError
 from query import Boundary, fills
 from query.boundary import CornerKind
 from query.holes.assignments import AssignmentModel, measure_assignments, rank_listed
-from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.candidates import HoleSearch
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
 from query.holes.filling import ASKED_FIRST, PLACED, PLACED_FIRST
 from query.holes.patterns import HolePatterns
-from query.holes.ranking import compare_numbers, list_facts, measure_plain_fill, tame_numbers
+from query.holes.ranking import (
+    HoleCandidate,
+    compare_numbers,
+    list_facts,
+    measure_plain_fill,
+    tame_numbers,
+)
 from query.holes.rim import HoleRim
 from query.holes.shape import place_fill
 from query.holes.surroundings import (

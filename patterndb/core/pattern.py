@@ -13,6 +13,7 @@ from patterndb.core.disk import Disk
 from patterndb.core.halfedge import Int32Array, next_border_edge
 from patterndb.core.label import split_word
 from patterndb.core.polychord import Polychords, polychords
+from patterndb.core.showing import draw_shown
 from patterndb.errors import InvalidCodeError, InvalidMeshError
 
 
@@ -130,15 +131,10 @@ class Pattern:
         return f"<Pattern {self.name}: {sides}, {irregular}{seen}>"
 
     def _repr_svg_(self) -> str:
-        # Imported here because only a notebook draws; see that module.
-        from patterndb.notebook import draw
-
-        return draw(self, ".svg").decode()
+        return draw_shown(self, ".svg").decode()
 
     def _repr_png_(self) -> bytes:
-        from patterndb.notebook import draw
-
-        return draw(self, ".png")
+        return draw_shown(self, ".png")
 
     @property
     def name(self) -> str:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from patterndb.core.code import format_id
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
-from patterndb.notebook import Suffix, draw
+from patterndb.core.showing import Suffix
+from patterndb.notebook import draw
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.refusals import MalformedRequestError
 from query.listing.filters import Filters

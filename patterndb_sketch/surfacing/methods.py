@@ -12,14 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from patterndb.core.halfedge import Int64Array
     from patterndb.geometry.points import Points
-    from patterndb_sketch.surfacing.chords import Decomposition
+    from patterndb_sketch.surfacing.chords import Decomposition, Flatness
     from patterndb_sketch.surfacing.sampling import Loop
-    from patterndb_sketch.surfacing.surfaces import Settings
     from query.engine import PatternSource
 
 
@@ -43,9 +42,25 @@ class MadeSurface:
     corners: tuple[int, ...] = ()
 
 
+class CutSettings(Protocol):
+    """What methods are told of how a loop is cut along chords: a part of
+    :class:`patterndb_sketch.surfacing.surfaces.Settings`, which says what each is."""
+
+    @property
+    def alpha(self) -> float: ...
+    @property
+    def area_price(self) -> float | None: ...
+    @property
+    def flatness(self) -> Flatness: ...
+    @property
+    def turning_bound(self) -> float: ...
+    @property
+    def max_subproblems(self) -> int: ...
+
+
 #: Makes the surface of a loop: (loop, settings, spacing, database). It answers for every valid
 #: loop; where its own way fails, by another method, and says so in the note.
-MakeSurface = Callable[["Loop", "Settings", float, "PatternSource | None"], MadeSurface]
+MakeSurface = Callable[["Loop", CutSettings, float, "PatternSource | None"], MadeSurface]
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +83,7 @@ class SurfacingMethod:
 
 
 def make_by_chords(
-    loop: Loop, settings: Settings, spacing: float, _db: PatternSource | None
+    loop: Loop, settings: CutSettings, spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Cut a loop along chords into nearly flat pieces, and relax each: the paper's way.
 
@@ -101,7 +116,7 @@ def make_by_chords(
 
 
 def make_by_area(
-    loop: Loop, _settings: Settings, _spacing: float, _db: PatternSource | None
+    loop: Loop, _settings: CutSettings, _spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Take the triangulation of least area of a loop, without vertices inside."""
     from patterndb_sketch.surfacing.tessellation import patch_of_least_area
@@ -111,7 +126,7 @@ def make_by_area(
 
 
 def make_smooth(
-    loop: Loop, settings: Settings, spacing: float, _db: PatternSource | None
+    loop: Loop, settings: CutSettings, spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Fill a loop with a grid of quads as near to parallelograms as can be, cut into triangles.
 
@@ -139,7 +154,7 @@ def make_smooth(
 
 
 def make_by_quads(
-    loop: Loop, settings: Settings, spacing: float, db: PatternSource | None
+    loop: Loop, settings: CutSettings, spacing: float, db: PatternSource | None
 ) -> MadeSurface:
     """Fill a loop with quads from the database, on the surface that the default method gives.
 

@@ -17,6 +17,7 @@ from query.fill import Fill
 from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
 from query.holes.patterns import SHARE, HolePatterns
+from query.holes.ranking import HoleCandidate
 from query.holes.rim import HoleRim
 from query.holes.symmetry import is_mirrored
 from query.identity import hash_quads, weld_quads
@@ -52,40 +53,6 @@ WIDEST_LOOP = 4
 MOST_LOOPS = 2
 
 KINDS: dict[int, CornerKind] = {1: "convex", 3: "reflex", 4: "full"}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HoleCandidate:
-    """A fill of a loop.
-
-    fill:    as the query found it; its own numbering begins at a corner.
-    quads:   (q, 4) int32, loop vertices 0..L-1 in the loop's numbering, inner ones after.
-    n_vertices: loop and inner vertices.
-    log_corners: log probability of the quads at the loop's vertices, one by one, less that of the
-             most probable numbers.
-    assignment: how likely they are together, less the likeliest: see AssignmentModel.
-    frequency, n_meshes, n_symmetries: of the pattern in the database; 0, 0 and 1 where no mesh has
-             shown it.
-    hole_meshes, hole_share: of the pattern among those of holes; see HolePatterns. 0 and 0 where no
-             hole has shown it.
-    asymmetric: has the loop a mirror, but none that maps the fill onto itself?
-    place:   among the fills of its pattern, from 1.
-    key:     tells it from any other fill of the loop.
-    """
-
-    fill: Fill
-    quads: Int32Array
-    n_vertices: int
-    log_corners: float
-    assignment: float
-    frequency: int
-    n_meshes: int
-    n_symmetries: int
-    hole_meshes: int
-    hole_share: float
-    asymmetric: bool
-    place: int
-    key: bytes
 
 
 @dataclass(slots=True)

@@ -19,7 +19,7 @@ from query.engine import PatternSource
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS
-from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.candidates import HoleSearch
 from query.holes.context import measure_hole
 from query.holes.laying import HoleGround
 from query.holes.loops import (
@@ -33,7 +33,7 @@ from query.holes.loops import (
 )
 from query.holes.models import HoleModels, shipped_models
 from query.holes.odd import list_even_ways
-from query.holes.ranking import RankingModel, WholeModel, list_facts
+from query.holes.ranking import HoleCandidate, RankingModel, WholeModel, list_facts
 from query.holes.rim import HoleRim
 from query.holes.shape import PlacedFill, count_flipped, place_fill
 from query.holes.surroundings import (

@@ -9,18 +9,15 @@ scripts/train_holes.py.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
+from query.fill import Fill
 from query.holes.shape import MEASURES, place_fill
 from query.holes.surroundings import Surroundings, surround_with_nothing
 from query.holes.trees import TreeModel
-
-if TYPE_CHECKING:
-    from query.fill import Fill
-    from query.holes.candidates import HoleCandidate
 
 #: What is known of a candidate before it is placed.
 FACTS = (
@@ -63,6 +60,40 @@ LEAST_SHARE = 1e-7
 
 #: Measures beyond this are as bad as this: single quads without area shall not outweigh all else.
 CLIP = 30.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HoleCandidate:
+    """A fill of a loop.
+
+    fill:    as the query found it; its own numbering begins at a corner.
+    quads:   (q, 4) int32, loop vertices 0..L-1 in the loop's numbering, inner ones after.
+    n_vertices: loop and inner vertices.
+    log_corners: log probability of the quads at the loop's vertices, one by one, less that of the
+             most probable numbers.
+    assignment: how likely they are together, less the likeliest: see AssignmentModel.
+    frequency, n_meshes, n_symmetries: of the pattern in the database; 0, 0 and 1 where no mesh has
+             shown it.
+    hole_meshes, hole_share: of the pattern among those of holes; see HolePatterns. 0 and 0 where no
+             hole has shown it.
+    asymmetric: has the loop a mirror, but none that maps the fill onto itself?
+    place:   among the fills of its pattern, from 1.
+    key:     tells it from any other fill of the loop.
+    """
+
+    fill: Fill
+    quads: Int32Array
+    n_vertices: int
+    log_corners: float
+    assignment: float
+    frequency: int
+    n_meshes: int
+    n_symmetries: int
+    hole_meshes: int
+    hole_share: float
+    asymmetric: bool
+    place: int
+    key: bytes
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -268,12 +268,13 @@ def test_the_core_does_not_know_the_store(module: str) -> None:
 
 
 def find_own_imports(module: str) -> set[str]:
-    """The modules of the project that a module imports when it runs: those for types are not.
+    """The modules of the project that a module imports, when it runs or for types.
 
-    Of an entry point only what it imports at its head.
+    Of an entry point only what it imports at its head when it runs.
     """
     found: set[str] = set()
-    for node in _walk_running(tree(module), within=module not in FACES):
+    walk = _walk_head if module in FACES else ast.walk
+    for node in walk(tree(module)):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
@@ -282,14 +283,14 @@ def find_own_imports(module: str) -> set[str]:
     return (found & modules().keys()) - {module}
 
 
-def _walk_running(node: ast.AST, within: bool) -> Iterator[ast.AST]:
-    """All below a node but what is for types only; within: functions' bodies, too."""
+def _walk_head(node: ast.AST) -> Iterator[ast.AST]:
+    """All below a node but what is for types only, and functions' bodies."""
     for child in ast.iter_child_nodes(node):
         if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
             continue
-        if within or not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
             yield child
-            yield from _walk_running(child, within)
+            yield from _walk_head(child)
 
 
 def test_modules_do_not_import_in_a_circle() -> None:

@@ -90,7 +90,7 @@ def test_nothing_is_said_where_nothing_is_hidden(tmp_path: Path, words: list[str
 
 def test_nor_in_a_zip_file(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
-        for name in ("patterndb", "patterndb/system", *ORDINARY_NAMES):
+        for name in ("patterndb", "patterndb/core", "patterndb/system", *ORDINARY_NAMES):
             for path in (CHECKOUT / name).glob("*.py"):
                 archive.write(path, path.relative_to(CHECKOUT))
     code = "import patterndb; print(patterndb.__file__)"
