@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from patterndb.store import Database, DatabaseUnion
     from query import Stroke
     from query.holes import Hole, HoleFill, HoleFills, MeshTopology
+    from query.holes.odd import WayKind
 
 #: A line of a batch file longer than this is no question about a hole.
 LONGEST_LINE = 1_000_000
@@ -171,7 +172,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 @click.option(
     "--odd",
     type=click.Choice(WAYS),
-    help="How to fill a hole with an odd number of edges, which quads alone cannot.",
+    help="How to fill holes with an odd number of edges, which quads alone cannot.",
 )
 @click.option(
     "--no-twin", is_flag=True, help="Do not copy the other side of a mesh that is symmetric."
@@ -202,7 +203,7 @@ def holes(
     limit: int | None,
     corners: dict[int, int] | None,
     flows: tuple[tuple[int, int] | str, ...],
-    odd: str | None,
+    odd: WayKind | None,
     no_twin: bool,
     surface: Path | None,
     picture: Path | None,
@@ -307,17 +308,24 @@ def _choose_holes(
     loops: tuple[tuple[int, ...], ...],
     faces: tuple[int, ...] | None,
     every: bool,
-    odd: str | None,
+    odd: WayKind | None,
 ) -> tuple[list[Hole], list[str]]:
     """The holes that are meant, made even where --odd tells how; and what --all leaves open."""
-    from query.holes import choose_hole, find_holes
+    from query.holes import choose_hole, find_holes, list_even_ways
 
-    if odd and (every or len(loops) > 1):
-        raise click.UsageError("--odd changes the mesh for one hole: name it alone")
     if len(loops) > 1:
         # Two names of one hole are one hole.
         named = {int(hole.loop[0]): hole for hole in (choose_hole(topology, loop=x) for x in loops)}
-        return list(named.values()), []
+        rims: list[set[int]] = [set(hole.loop.tolist()) for hole in named.values()]
+        if odd is None:
+            return list(named.values()), []
+        found = find_holes(_make_even_all(topology, odd, {v for rim in rims for v in rim}))
+        # A vertex of a rim may be gone, so that each is known by what is left of it.
+        return [
+            max(found, key=lambda one: len(rim.intersection(one.loop.tolist()))) for rim in rims
+        ], []
+    if every and odd is not None:
+        topology = _make_even_all(topology, odd, None)
     if not every:
         hole = choose_hole(topology, loop=loops[0] if loops else None, faces=faces)
         return [_make_even(hole, odd) if odd and len(hole) % 2 else hole], []
@@ -331,11 +339,22 @@ def _choose_holes(
             left.append(f"{where}: {error}")
             continue
         if len(hole) % 2:
-            left.append(f"{where}: an odd number; name it and give --odd")
+            ways = ", ".join(way.kind for way in list_even_ways(hole)) or "none"
+            left.append(f"{where}: an odd number; ways out that --odd takes: {ways}")
             chosen.pop()
     if not chosen:
         raise NotFoundError("; ".join(["there is no hole that quads can fill", *left]))
     return chosen, left
+
+
+def _make_even_all(topology: MeshTopology, kind: WayKind, among: set[int] | None) -> MeshTopology:
+    """The mesh after ways of a kind out of odd loops (through these vertices), which are told."""
+    from query.holes import make_loops_even
+
+    topology, told = make_loops_even(topology, kind, among)
+    for words in told:
+        say(f"made even: {words}")
+    return topology
 
 
 def _make_even(hole: Hole, kind: str) -> Hole:

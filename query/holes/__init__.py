@@ -9,7 +9,7 @@ a hole), :mod:`odd` (ways out where no quads fit), and :mod:`filling` (all of it
 
 from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
 from query.holes.loops import Hole, MeshTopology, find_holes, hole_of_faces, hole_of_loop
-from query.holes.odd import EvenWay, list_even_ways
+from query.holes.odd import EvenWay, list_even_ways, make_loops_even
 
 __all__ = [
     "EvenWay",
@@ -23,5 +23,6 @@ __all__ = [
     "hole_of_faces",
     "hole_of_loop",
     "list_even_ways",
+    "make_loops_even",
     "weld_fills",
 ]

@@ -6,7 +6,7 @@ the user can know. What a way does to faces outside is told by it.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.polygonmesh import PolygonMesh
 from query.boundary import MIN_PERIMETER
-from query.holes.loops import Hole, MeshTopology, hole_on_loop
+from query.holes.loops import Hole, MeshTopology, find_holes, hole_on_loop
 
 #: The kinds of ways, in the order in which they are told.
 WayKind = Literal["triangle", "lead", "split", "merge"]
@@ -28,6 +28,9 @@ KINDS: dict[WayKind, str] = {
 
 #: A loop of edges is led out through no more quads than this.
 LONGEST_LEAD = 400
+
+#: Ways of a kind that are compared by what they do to other holes.
+WAYS_COMPARED = 30
 
 #: A triangle cut off at a corner wider than this, in radians, would be a sliver.
 WIDEST_EAR = np.radians(135.0)
@@ -91,6 +94,45 @@ def list_even_ways(hole: Hole, most: int = 1) -> list[EvenWay]:
     for ways in (_triangles(hole), _leads(hole), _splits(hole), _merges(hole)):
         found += sorted(ways, key=lambda way: way.cost)[:most]
     return found
+
+
+def make_loops_even(
+    topology: MeshTopology, kind: WayKind, among: Collection[int] | None = None
+) -> tuple[MeshTopology, list[str]]:
+    """Make odd border loops of a mesh even, one after another, each by its nearest way of a kind
+    that makes no other odd.
+
+    among: of these vertices; a loop through none of them stays as it is. Returns the mesh
+    afterwards, whose old vertices keep their numbers and places, and what was done, in words. A
+    loop that has no such way stays odd; so does one that a lead out of a later loop runs into.
+    """
+    done: set[int] = set()
+    told: list[str] = []
+    while True:
+        odd = (hole for hole in find_holes(topology) if len(hole) % 2)
+        loops = ((hole, set(hole.loop.tolist())) for hole in odd)
+        if among is not None:
+            loops = ((hole, loop) for hole, loop in loops if not loop.isdisjoint(among))
+        hole, loop = next(((h, loop) for h, loop in loops if done.isdisjoint(loop)), (None, done))
+        if hole is None:
+            return topology, told
+        done |= loop
+        # A lead may end at the rim of another hole, and make that odd instead, or even too.
+        ways = [way for way in list_even_ways(hole, WAYS_COMPARED) if way.kind == kind]
+        changed = ((_count_odd(way.apply().topology, among), way) for way in ways)
+        before = _count_odd(topology, among)
+        best = next((way for count, way in changed if count < before), next(iter(ways), None))
+        if best is not None:
+            topology = best.apply().topology
+            told.append(best.told)
+
+
+def _count_odd(topology: MeshTopology, among: Collection[int] | None) -> int:
+    """Count odd border loops (through one of these vertices)."""
+    odd = [hole for hole in find_holes(topology) if len(hole) % 2]
+    if among is None:
+        return len(odd)
+    return sum(not set(hole.loop.tolist()).isdisjoint(among) for hole in odd)
 
 
 def _triangles(hole: Hole) -> Iterator[EvenWay]:

@@ -16,6 +16,7 @@ from ingest.formats import read_mesh, write_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb_app.cli import EXIT_BAD_INPUT, EXIT_NOTHING, EXIT_USAGE
 from query.holes import MeshTopology, find_holes
+from query.holes.twin import prepare_twins
 
 HEAD = CHECKOUT / "docs" / "meshes" / "head.obj"
 
@@ -95,6 +96,25 @@ def test_all_holes_are_filled(learned: Path, tmp_path: Path) -> None:
     result = run("holes", HEAD, "--all", "-o", output, "--picture", picture, "--db", learned)
     assert result.code == 0 and picture.read_bytes().startswith(b"\x89PNG")
     assert find_holes(read_mesh(output)) == [] and result.err.count("hole of") == 3
+
+
+def test_mirrored_holes_are_filled_alike(learned: Path, tmp_path: Path) -> None:
+    topology = MeshTopology.of(read_mesh(HEAD))
+    points, faces = topology.mesh.points, topology.mesh.faces()
+    cheek = next(hole for hole in find_holes(topology) if CHEEK in hole.loop)
+    # What lies on the other cheek where this one has its hole goes, too.
+    found = prepare_twins(topology).find(cheek)
+    assert found is not None
+    there = np.concatenate([cheek.points, found[1]]) * [-1.0, 1.0, 1.0]
+    gone = np.linalg.norm(points[:, None] - there, axis=2).argmin(axis=0)
+    kept = [face for face in faces if not np.isin(face, gone).all()]
+    assert len(kept) == len(faces) - len(found[0])
+    both, output = tmp_path / "both.obj", tmp_path / "closed.obj"
+    write_mesh(both, PolygonMesh.from_faces(points, kept))
+    result = run("holes", both, "--all", "-o", output, "--db", learned)
+    assert result.code == 0 and result.err.count("a mirror twin") == 1
+    alone = run("holes", both, "--all", "--no-twin", "-o", output, "--db", learned)
+    assert alone.code == 0 and "a mirror twin" not in alone.err
 
 
 def test_several_holes_are_named(learned: Path, tmp_path: Path) -> None:
@@ -180,6 +200,12 @@ def test_odd_holes_have_ways_out(learned: Path, tmp_path: Path) -> None:
         assert len(find_holes(read_mesh(output))) == 2
     result = run("holes", odd, "--all", "-o", tmp_path / "all.obj", "--db", learned)
     assert result.code == 0 and "left open: the hole of 17 edges" in result.err
+    assert "ways out that --odd takes: triangle, lead, split, merge" in result.err
+    for names in (["--all"], ["--loop", NOSE, "--loop", NECK, "--loop", CHEEK]):
+        output = tmp_path / "closed.obj"
+        result = run("holes", odd, *names, "--odd", "lead", "-o", output, "--db", learned)
+        assert result.code == 0 and result.err.count("made even") == 1
+        assert "left open" not in result.err and find_holes(read_mesh(output)) == []
 
 
 @pytest.mark.parametrize(
