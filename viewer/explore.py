@@ -13,12 +13,12 @@ from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from viewer import saver, style
-from viewer.contour import PointerMode
 from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
 from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.pointerstroke import PointerMode
 from viewer.saver import SaveWay
 
 #: Writes a placed fill, vertices (v, 3), to a file.

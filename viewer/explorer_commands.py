@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from viewer.commands import Command
-from viewer.contour import PointerMode
 from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect, KeyMap
+from viewer.pointerstroke import PointerMode
 
 #: By how much the keys [ and ] scale edge counts.
 FINER = 1.25

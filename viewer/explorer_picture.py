@@ -9,13 +9,13 @@ import numpy as np
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import format_count, format_valences
-from viewer.contour import PointerMode
 from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet, LegendEntry
 from viewer.finder import FillFinder
 from viewer.net import Net
 from viewer.painting import make_bars
 from viewer.picture import Drawn
+from viewer.pointerstroke import PointerMode
 from viewer.scene import Scene
 from viewer.solid import Hiding, Solid
 

@@ -13,15 +13,16 @@ from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
 from patterndb.system.history import History
 from query import Boundary, Stroke
+from query.contour import Contour
 from query.engine import PatternSource
+from query.ground import DrawingGround
 from query.placing import Surface
 from query.stroke import TOLERANCE
 from viewer.background import Placed
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
-from viewer.contour import Contour, PointerMode, PointerStroke
 from viewer.finder import LIMIT, FillFinder
-from viewer.ground import DrawingGround
 from viewer.nearness import SIDE_REACH
+from viewer.pointerstroke import PointerMode, PointerStroke
 
 #: Part of the picture's lesser size that a boundary is fitted into: its numbers need room.
 FITTED = 0.76
@@ -98,7 +99,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if boundary is not None:
             self.contour = Contour.of(boundary)
             if surface is None:
-                self.ground = _plane_of(boundary)
+                self.ground = DrawingGround.of_boundary(boundary)
         self.pen = PointerStroke(self.ground)
         #: The fill that was shown before the boundary was changed, until there is another.
         self.former: Placed | None = None
@@ -400,13 +401,3 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if self.surface is not None:
             return self.surface.vertices, np.array([0.35, 0.25, 1.0]), 1.25
         return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.array([0.0, 0.0, 1.0]), 1.0
-
-
-def _plane_of(boundary: Boundary) -> DrawingGround:
-    """The plane through a boundary's middle, across its mean normal."""
-    assert boundary.points is not None
-    middle = boundary.points.mean(axis=0)
-    spokes = boundary.points - middle
-    area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
-    size = float(np.linalg.norm(area))
-    return DrawingGround(None, middle, area / size if size > 0.0 else None)

@@ -8,12 +8,12 @@ from typing import Literal
 import numpy as np
 
 from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
+from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.camera import ModelCamera, ViewerState
 from viewer.features.editing import FeatureEditing, FeatureFiles
-from viewer.features.edits import DrawnCurve, FeatureEdits
 from viewer.features.pointing import (
     CurveUnderPointer,
     find_surface_point,

@@ -8,6 +8,7 @@ from pathlib import Path
 from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
 from patterndb_sketch.autosave import Autosave
+from patterndb_sketch.features.edits import FeatureEdits
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import (
@@ -20,7 +21,6 @@ from patterndb_sketch.features.sessionfile import (
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
 from viewer.facts import FactSheet
-from viewer.features.edits import FeatureEdits
 from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.picture import FeaturePainter
@@ -45,8 +45,8 @@ def show(
 
     title: of the window. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
-    :func:`viewer.features.edits.opened`. open_file: reads another model, on which curves are drawn
-    from then on. keys: pressed first, with spaces between. folder: for
+    :func:`patterndb_sketch.features.edits.open_session_curves`. open_file: reads another model, on
+    which curves are drawn from then on. keys: pressed first, with spaces between. folder: for
     what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError

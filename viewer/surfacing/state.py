@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.store import Database
+from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
+from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
@@ -19,8 +21,7 @@ from viewer.camera import Camera, ViewerState
 from viewer.nearness import CLICK, RING_REACH, STROKE_END_REACH
 from viewer.slider import Slider
 from viewer.surfacing.body import SurfaceBody
-from viewer.surfacing.edits import SurfacingEdits, choose_next_method
-from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray, find_snaps
+from viewer.surfacing.ink import StrokePointer, cast_ray
 from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.surfaces import Surfaces
 

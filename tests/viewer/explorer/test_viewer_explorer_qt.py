@@ -12,8 +12,8 @@ from events import Events, answer, check_actions, check_looking
 from PySide6.QtWidgets import QMessageBox
 
 from query import Fill
+from query.contour import make_flat_boundary
 from viewer.camera import View
-from viewer.contour import make_flat_boundary
 from viewer.explore import ExplorerSaver
 from viewer.explorer_state import ExplorerState
 from viewer.explorer_window import ExplorerWindow
