@@ -11,9 +11,18 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
+from patterndb.system.documents import Entries
 from patterndb.system.history import History
 from query import Boundary, Stroke
 from query.contour import Contour
+from query.contourjson import (
+    ContourEntries,
+    DrawnStrokeEntries,
+    contour_document,
+    contour_of,
+    stroke_document,
+    stroke_of,
+)
 from query.engine import PatternSource
 from query.ground import DrawingGround
 from query.placing import Surface
@@ -47,9 +56,45 @@ class ExplorerStep:
             and self.choices == other.choices
         )
 
+    def document(self) -> dict[str, object]:
+        """What :meth:`ExplorerStepEntries.step` reads, for JSON."""
+        return {
+            "contour": None if self.contour is None else contour_document(self.contour),
+            "strokes": [stroke_document(stroke) for stroke in self.strokes],
+            "choices": dict(zip(CHOICES, self.choices, strict=True)),
+        }
+
 
 #: What of a finder a step holds.
 CHOICES = ("tolerance", "order", "strict", "folded", "following", "max_irregular", "max_valence")
+
+
+class ChoicesEntries(Entries):
+    """What :data:`CHOICES` names, as JSON has it."""
+
+    tolerance: int
+    order: str | None
+    strict: bool
+    folded: bool
+    following: bool
+    max_irregular: int | None
+    max_valence: int | None
+
+
+class ExplorerStepEntries(Entries):
+    """A step, as JSON has it."""
+
+    contour: ContourEntries | None
+    strokes: list[DrawnStrokeEntries]
+    choices: ChoicesEntries
+
+    def step(self) -> ExplorerStep:
+        """The step; raises InvalidQueryError for a stroke that is none."""
+        return ExplorerStep(
+            None if self.contour is None else contour_of(self.contour),
+            tuple(map(stroke_of, self.strokes)),
+            tuple(getattr(self.choices, name) for name in CHOICES),
+        )
 
 
 class ExplorerCamera(Camera):
@@ -153,13 +198,20 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if not turned:
             self.message = otherwise
             return
-        step = self.steps.now
+        self._show_step(self.steps.now)
+
+    def _show_step(self, step: ExplorerStep) -> None:
         self.leave()
         for name, value in zip(CHOICES, step.choices, strict=True):
             setattr(self.finder, name, value)
         self.finder.strokes = list(step.strokes)
         self.contour = step.contour
         self._ask()
+
+    def take_work(self, work: ExplorerStep) -> None:
+        self._show_step(work)
+        self.keep_step()
+        self.drawn_here = True
 
     def _step(self) -> ExplorerStep:
         choices = tuple(getattr(self.finder, name) for name in CHOICES)

@@ -71,6 +71,7 @@ WORLDLY_MODULES += ("patterndb_sketch.features.files.curvesjson", "query.holes.m
 WORLDLY_MODULES += (
     "patterndb_sketch.retopo.sessionfile",
     "patterndb_sketch.autosave",
+    "patterndb_sketch.workfile",
     "patterndb_sketch.retopo.script",
 )
 

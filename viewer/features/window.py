@@ -69,22 +69,12 @@ def show(
         assert open_file is not None
         return make_saver(open_file(path), FeatureSession(path.name), None)
 
-    shown = make_saver(model, session, session_path)
-    discarded = False
-    try:
-        from viewer.features.docks import FeatureWindow
-        from viewer.shell.opening import open_window
+    from viewer.features.docks import FeatureWindow
+    from viewer.shell.opening import open_window
 
-        opener = None if open_file is None else open_another
-        # Closing asks what to do with work that is not saved; Ctrl-C does not, and keeps it.
-        last = open_window(shown, pressed, title or "Feature curves", FeatureWindow, opener)
-        assert isinstance(last, FeatureSaver)
-        shown, discarded = last, True
-    finally:
-        shown.state.settle()
-        shown.state.close()
-        shown.files.end(None if discarded else shown.state.editing.edits)
-    return shown.state
+    opener = None if open_file is None else open_another
+    shown = make_saver(model, session, session_path)
+    return open_window(shown, pressed, title or "Feature curves", FeatureWindow, opener).state
 
 
 def draw(
@@ -212,6 +202,14 @@ class FeatureSaver(saver.SessionSaver):
 
     def is_held(self) -> bool:
         return self.state.holding
+
+    def kept_work(self) -> FeatureEdits:
+        return self.state.editing.edits
+
+    def end(self, *, discarded: bool) -> None:
+        # A curve that is still being made would be left out of what is kept.
+        self.state.settle()
+        super().end(discarded=discarded)
 
     def would_lose(self) -> str:
         drawing = bool(self.state.editing.clicks)

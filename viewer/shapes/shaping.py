@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Floats, Points
+from patterndb.system.documents import Entries, Number
 from patterndb.system.history import History
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeEdit, ShapeModel, edit, pull_feature
@@ -52,6 +53,31 @@ class ShapeChoice:
             self.hold,
             self.stiffness,
         ) == (other.held, other.hold, other.stiffness)
+
+    def document(self) -> dict[str, object]:
+        """What :meth:`ChoiceEntries.choice` reads, for JSON."""
+        return {
+            "coefficients": self.coefficients.tolist(),
+            "origin": self.origin,
+            "held": sorted(self.held),
+            "hold": self.hold,
+            "stiffness": self.stiffness,
+        }
+
+
+class ChoiceEntries(Entries):
+    """A choice, as JSON has it."""
+
+    coefficients: list[Number]
+    origin: str
+    held: list[str]
+    hold: Number
+    stiffness: Number
+
+    def choice(self) -> ShapeChoice:
+        """The choice."""
+        values = np.array(self.coefficients, np.float64)
+        return ShapeChoice(values, self.origin, frozenset(self.held), self.hold, self.stiffness)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -209,6 +235,11 @@ class Shaping:
         self._commit(replace(self.choice, held=held))
         title = name.replace("_", " ")
         self.message = f"{title} is held" if name in held else f"{title} follows again"
+
+    def take(self, choice: ShapeChoice) -> None:
+        """Take a choice that was kept, as one step."""
+        self._commit(choice)
+        self.pulled = None
 
     def let_go(self) -> None:
         """Hold no feature."""

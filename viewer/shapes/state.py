@@ -13,7 +13,7 @@ from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.camera import Camera, View, ViewerState, fit_view
 from viewer.nearness import CLICK, SHAPE_CURVE_REACH
-from viewer.shapes.shaping import Shaping
+from viewer.shapes.shaping import ShapeChoice, Shaping
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
 from viewer.shapes.skin import SkinLine
 
@@ -127,6 +127,10 @@ class ShapesState(ViewerState[ShapesCamera]):
             return None
         near = self.sight.nearest(*self.camera.pointer, SHAPE_CURVE_REACH)
         return None if near is None else near.line
+
+    def take_work(self, work: ShapeChoice) -> None:
+        self.leave()
+        self.shaping.take(work)
 
     # What keys do, see viewer.shapes.commands
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.store import Database
+from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
+from patterndb_sketch.surfacing.files.editsjson import LooseStroke, edits_document, edits_of
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
@@ -33,6 +35,32 @@ TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
 
 #: What the pointer drags.
 Drag = Literal["view", "stroke"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfacingWork:
+    """What is kept in case of a crash. strokes: that are not among the edits yet."""
+
+    edits: SurfacingEdits
+    alpha: float
+    fair: bool
+    strokes: tuple[LooseStroke, ...] = ()
+
+    def is_like(self, other: SurfacingWork) -> bool:
+        """Is nothing different?"""
+        mine, yours = (self.alpha, self.fair), (other.alpha, other.fair)
+        return self.edits is other.edits and mine == yours
+
+    def document(self) -> dict[str, object]:
+        """What :meth:`of_document` reads, for JSON."""
+        return {"edits": edits_document(self.edits), "alpha": self.alpha, "fair": self.fair}
+
+    @classmethod
+    def of_document(cls, document: JsonValue) -> SurfacingWork:
+        """From JSON; raises InvalidWorkError, and InvalidNetworkError for what is no network."""
+        entries = document.entries(("edits", "alpha", "fair"))
+        edits, strokes = edits_of(entries["edits"])
+        return cls(edits, entries["alpha"].number(), entries["fair"].truth(), strokes)
 
 
 class PatchUnderPointer(NamedTuple):
@@ -87,6 +115,7 @@ class SurfacingState(ViewerState[Camera]):
         self.openings_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
         self._saved: SurfacingEdits = first
+        self._loose: tuple[LooseStroke, ...] = ()
 
     @property
     def ink(self) -> InkedStroke | None:
@@ -101,9 +130,26 @@ class SurfacingState(ViewerState[Camera]):
         ink = self.ink or next(reversed(self.surfaces.edits.inks), None)
         return [] if ink is None else find_snaps(ink, STROKE_END_REACH / self.camera.view.scale)
 
+    def take_work(self, work: SurfacingWork) -> None:
+        self.leave()
+        self.surfaces.settings = replace(self.surfaces.settings, alpha=work.alpha, fair=work.fair)
+        self._loose = work.strokes
+        self._edit(work.edits)
+        self.edges_shown = METHODS[work.edits.method].makes_quads
+
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
-        return self.surfaces.poll()
+        return self.surfaces.poll() | self._lay_loose()
+
+    def _lay_loose(self) -> bool:
+        """Lay the strokes that were kept on their surface, once that is made; was it done?"""
+        made = self.surfaces.made
+        if not self._loose or self.surfaces.making or made is None or made.surfacing is None:
+            return False
+        loose, self._loose = self._loose, ()
+        laid = [ink for one in loose if (ink := one.lay_on(made.surfacing)) is not None]
+        self.steps.settle(replace(self.surfaces.edits, inks=tuple(laid)))
+        return True
 
     def settle(self) -> None:
         """Wait for the surface that was asked for; raises what making it raised."""
