@@ -168,9 +168,7 @@ def leave_behind(folder: Path, case: Case) -> tuple[Path, object]:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_what_a_crash_left_is_one_step_and_goes_when_it_is_saved(
-    tmp_path: Path, name: str
-) -> None:
+def test_what_a_crash_left_is_one_step_and_goes_when_it_is_saved(tmp_path: Path, name: str) -> None:
     make, _, tell = CASES[name]
     path, was = leave_behind(tmp_path, CASES[name])
     saver: Any = make(tmp_path)
