@@ -136,6 +136,8 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         #: What is asked, and the fills that were found.
         self.finder = FillFinder(source, surface, strokes, tolerance, limit, folded)
         self.hiding = False
+        #: The side that is shown as chosen, whatever the pointer is on.
+        self.meant_side: int | None = None
         self.strips_shown = True
         self.mode = PointerMode.LOOK
         self.contour: Contour | None = None
