@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from numpy.typing import ArrayLike
@@ -70,6 +72,8 @@ def show(
     state = ShapesState(shapes, template, coefficients, held)
     shell = ShapesSaver(state, output, window_size)
     shell.watch()
+    # Random shapes need it; imported with the first of them it stops the window for a second.
+    Thread(target=import_module, args=("scipy.stats",), daemon=True).start()
     from viewer.shapes.docks import ShapesWindow
     from viewer.shell.opening import open_window
 

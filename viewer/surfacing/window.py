@@ -131,7 +131,11 @@ class SurfacingSaver(saver.Saver):
     def first_hint(self) -> str:
         surfaces = self.state.surfaces
         empty = not (surfaces.patches or surfaces.making or surfaces.trouble)
-        return "There is no patch: no curves close a cycle at this stage." if empty else ""
+        if not empty:
+            return ""
+        if surfaces.off:
+            return "All patches are off: click a ring, or press A for all of them."
+        return "There is no patch: no curves close a cycle at this stage."
 
     def hint(self) -> str:
         return DRAWING_HINT if self.state.drawing_mode else LOOKING_HINT
