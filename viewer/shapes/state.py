@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
+from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, View, ViewerState, fit_view
-from viewer.nearness import CLICK, SHAPE_CURVE_REACH
+from viewer.nearness import SHAPE_CURVE_REACH
 from viewer.shapes.shaping import ShapeChoice, Shaping
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
 from viewer.shapes.skin import SkinLine
@@ -74,7 +74,7 @@ class ShapesState(ViewerState[ShapesCamera]):
         self.bending = False
         self._drag: Grab | None = None
         self._turning = False
-        self._pressed: tuple[float, float] | None = None
+        self._press = ButtonPress()
         self._sight: ShapeInView | None = None
         self._ghost_sight: ShapeInView | None = None
 
@@ -112,7 +112,8 @@ class ShapesState(ViewerState[ShapesCamera]):
     @property
     def grabbed(self) -> int | None:
         """The number of the curve that is being pulled."""
-        return self._drag.line if self._drag is not None and self._pressed is None else None
+        pulled = self._drag is not None and not self._press.may_be_click
+        return self._drag.line if self._drag is not None and pulled else None
 
     def under(self) -> SkinLine | None:
         """The curve in hand, or else the one at the pointer."""
@@ -156,7 +157,8 @@ class ShapesState(ViewerState[ShapesCamera]):
         """Let go of what is dragged, as if it had not been; False if there is nothing."""
         if self._drag is None:
             return False
-        self._drag = self._pressed = None
+        self._drag = None
+        self._press.end()
         self.shaping.drop()
         return True
 
@@ -167,11 +169,10 @@ class ShapesState(ViewerState[ShapesCamera]):
         self.camera.pointer = (x, y)
         if self._drag is not None or self._turning:
             return False
-        if turn:
-            self._turning, self._pressed = True, None
-            return False
-        near = self.sight.nearest(x, y, SHAPE_CURVE_REACH) if self.curves_shown else None
-        self._pressed = (x, y)
+        self._press.begin((x, y), drags=turn)
+        near = None
+        if self.curves_shown and not turn:
+            near = self.sight.nearest(x, y, SHAPE_CURVE_REACH)
         if near is None:
             self._turning = True
             return False
@@ -183,25 +184,22 @@ class ShapesState(ViewerState[ShapesCamera]):
         """The pointer moves; True if that changes the picture."""
         before = self.line_under()
         last, self.camera.pointer = self.camera.pointer, (x, y)
-        if self._pressed is not None:
-            if np.hypot(x - self._pressed[0], y - self._pressed[1]) < CLICK:
-                return False
-            # What began as a click turns or pulls by all that it has moved.
-            last, self._pressed = self._pressed, None
+        if last is None or not (self.dragging or self._turning):
+            return before != self.line_under()
+        begun = self._press.find_drag(last, (x, y))
+        if begun is None:
+            return False
         if self._drag is not None:
             self._pull(self._drag)
-        elif self._turning and last is not None:
-            self.camera.turn(x - last[0], y - last[1])
         else:
-            return before != self.line_under()
+            self.camera.turn(x - begun[0], y - begun[1])
         return True
 
     def release(self, x: float, y: float) -> bool:
         """The button goes up: a drag ends, or it was a click, which holds a curve."""
         self.camera.pointer = (x, y)
-        drag, clicked = self._drag, self._pressed is not None
-        self._drag = self._pressed = None
-        self._turning = False
+        drag, clicked = self._drag, self._press.end()
+        self._drag, self._turning = None, False
         if drag is None:
             return False
         self.shaping.finish()
@@ -226,7 +224,7 @@ class ShapesState(ViewerState[ShapesCamera]):
 
     def _again(self) -> None:
         """The pull that goes on, after what it depends on has changed."""
-        if self._drag is not None and self._pressed is None:
+        if self._drag is not None and not self._press.may_be_click:
             self._pull(self._drag)
 
     def _pull(self, grab: Grab) -> None:
