@@ -57,8 +57,8 @@ class Saver(ABC):
     kind = "window"
     opens = "a file"
     commands: Sequence[Command[Any]] = ()
-    #: Where work is kept in case of a crash; None where nothing is kept.
-    files: SessionWriter[Any, Any] | None = None
+    #: The SessionWriter that keeps work in case of a crash; None where nothing is kept.
+    files: Any = None
 
     def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
         self.state = state
@@ -190,7 +190,6 @@ class SessionSaver(Saver):
     """
 
     suffix = ".session"
-    files: SessionWriter[Any, Any]
 
     def __init__(
         self,

@@ -96,7 +96,7 @@ def pull(saver: Saver) -> None:
     shaping = saver.state.shaping
     shaping.nudge(0, 0.7)
     shaping.nudge(1, -0.3)
-    shaping.toggle_held(shaping.skin.lines[0].name)
+    shaping.toggle_held(shaping.lines[0].name)
 
 
 def tell_question(saver: Saver) -> object:

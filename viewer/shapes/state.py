@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.shapemodel.shaping import ShapeChoice, ShapeLine, Shaping
 from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, View, ViewerState, fit_view
 from viewer.nearness import SHAPE_CURVE_REACH
-from viewer.shapes.shaping import ShapeChoice, Shaping
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
-from viewer.shapes.skin import SkinLine
+from viewer.shapes.skin import ShapeSkin
 
 #: From where shapes are looked at, and what is upright: at first, along x, y and z. Cars drive
 #: towards smaller x; those of the templates are left halves, at smaller y.
@@ -51,10 +51,10 @@ class ShapesCamera(Camera):
 class ShapesState(ViewerState[ShapesCamera]):
     """A shape model, the shape that is shown, and how it is looked at.
 
-    The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
-    along x, y or z, None where they go in the plane of the screen. bending: is one vertex pulled
-    rather than the whole curve? curves_shown, edges_shown: are the curves, the edges of faces
-    shown? chosen: the mode that arrow keys change.
+    The arguments are those of :class:`patterndb_sketch.features.shapemodel.shaping.Shaping`. axis:
+    0 to 2 where pulls go along x, y or z, None where they go in the plane of the screen. bending:
+    is one vertex pulled rather than the whole curve? curves_shown, edges_shown: are the curves, the
+    edges of faces shown? chosen: the mode that arrow keys change.
     """
 
     def __init__(
@@ -66,6 +66,7 @@ class ShapesState(ViewerState[ShapesCamera]):
     ) -> None:
         #: The shape that is being made.
         self.shaping = Shaping(shapes, template, coefficients, held)
+        self.skin = ShapeSkin.of(shapes, template)
         super().__init__(ShapesCamera(shapes.mean), self.shaping)
         self.curves_shown = True
         self.edges_shown = False
@@ -86,7 +87,7 @@ class ShapesState(ViewerState[ShapesCamera]):
             self.shaping.points, self.camera.view, self.camera.room
         ):
             known = self._sight = ShapeInView(
-                self.shaping.skin, self.shaping.points, self.camera.view, self.camera.room
+                self.skin, self.shaping.points, self.camera.view, self.camera.room
             )
         return known
 
@@ -100,7 +101,7 @@ class ShapesState(ViewerState[ShapesCamera]):
         known = self._ghost_sight
         if known is None or not known.is_of(points, self.camera.view, self.camera.room):
             known = self._ghost_sight = ShapeInView(
-                self.shaping.skin, points, self.camera.view, self.camera.room
+                self.skin, points, self.camera.view, self.camera.room
             )
         return known
 
@@ -115,10 +116,10 @@ class ShapesState(ViewerState[ShapesCamera]):
         pulled = self._drag is not None and not self._press.may_be_click
         return self._drag.line if self._drag is not None and pulled else None
 
-    def under(self) -> SkinLine | None:
+    def under(self) -> ShapeLine | None:
         """The curve in hand, or else the one at the pointer."""
         number = self.line_under()
-        return None if number is None else self.shaping.skin.lines[number]
+        return None if number is None else self.skin.lines[number]
 
     def line_under(self) -> int | None:
         """Its number."""
@@ -204,7 +205,7 @@ class ShapesState(ViewerState[ShapesCamera]):
             return False
         self.shaping.finish()
         if clicked:
-            self.shaping.toggle_held(self.shaping.skin.lines[drag.line].name)
+            self.shaping.toggle_held(self.skin.lines[drag.line].name)
         return True
 
     def wheel(self, steps: float) -> bool:
@@ -235,9 +236,7 @@ class ShapesState(ViewerState[ShapesCamera]):
             assert self.axis is not None
             self.message = f"{'xyz'[self.axis]} points at you: turn the view to pull along it"
             return
-        self.shaping.pull(
-            self.shaping.skin.lines[grab.line], offset, grab.place if self.bending else None
-        )
+        self.shaping.pull(self.skin.lines[grab.line], offset, grab.place if self.bending else None)
 
     def choose_mode(self, by: int) -> None:
         """The next mode, or the one before, for the arrow keys."""

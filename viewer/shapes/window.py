@@ -15,6 +15,7 @@ from patterndb.system.files import replace_file
 from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.shapemodel.shaping import ChoiceEntries, ShapeChoice, Shaping
 from patterndb_sketch.workfile import digest_arrays
 from viewer import saver
 from viewer.commands import Command
@@ -24,7 +25,6 @@ from viewer.saver import SaveWay
 from viewer.sessions import WorkForm, WorkKeeper, find_free_name
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
-from viewer.shapes.shaping import ChoiceEntries, ShapeChoice, Shaping
 from viewer.shapes.state import ShapesState
 
 
@@ -39,7 +39,7 @@ def write_shape(path: Path, shaping: Shaping) -> None:
         f"a shape of a model of {len(shaping.shapes.names)} shapes",
         f"modes in standard deviations: {sigmas}",
     )
-    replace_file(path, format_obj(shaping.points, shaping.skin.quads.tolist(), comments=comments))
+    replace_file(path, format_obj(shaping.points, shaping.shapes.quads.tolist(), comments=comments))
 
 
 def show(

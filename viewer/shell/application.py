@@ -103,7 +103,8 @@ def use_theme(app: QApplication, theme: str) -> None:
     if is_dark(app):
         # The style draws the rim of a box darker than the window: an empty one would not be seen.
         boxes.setColor(Role.Base, QColor(DARK_BOX))
-    app.setPalette(boxes, "QCheckBox")
+    # PySide takes text, whatever its stubs say.
+    app.setPalette(boxes, "QCheckBox")  # pyright: ignore[reportArgumentType]
 
 
 def make_dark_palette() -> QPalette:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
-from patterndb_sketch.surfacing.files.editsjson import LooseStroke, edits_document, edits_of
+from patterndb_sketch.surfacing.files.editsjson import LooseStroke, SurfacingWork
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
@@ -36,32 +35,6 @@ TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
 
 #: What the pointer drags.
 Drag = Literal["view", "stroke"]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SurfacingWork:
-    """What is kept in case of a crash. strokes: that are not among the edits yet."""
-
-    edits: SurfacingEdits
-    alpha: float
-    fair: bool
-    strokes: tuple[LooseStroke, ...] = ()
-
-    def is_like(self, other: SurfacingWork) -> bool:
-        """Is nothing different?"""
-        mine, yours = (self.alpha, self.fair), (other.alpha, other.fair)
-        return self.edits is other.edits and mine == yours
-
-    def document(self) -> dict[str, object]:
-        """What :meth:`of_document` reads, for JSON."""
-        return {"edits": edits_document(self.edits), "alpha": self.alpha, "fair": self.fair}
-
-    @classmethod
-    def of_document(cls, document: JsonValue) -> SurfacingWork:
-        """From JSON; raises InvalidWorkError, and InvalidNetworkError for what is no network."""
-        entries = document.entries(("edits", "alpha", "fair"))
-        edits, strokes = edits_of(entries["edits"])
-        return cls(edits, entries["alpha"].number(), entries["fair"].truth(), strokes)
 
 
 class PatchUnderPointer(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from patterndb_sketch.surfacing.files.editsjson import SurfacingWork
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.workfile import digest_arrays
 from viewer import saver
@@ -14,7 +15,7 @@ from viewer.saver import SaveWay
 from viewer.sessions import WorkForm, WorkKeeper, find_free_name
 from viewer.surfacing.commands import COMMANDS, KEYS
 from viewer.surfacing.picture import DRAWING_HINT, LOOKING_HINT, compose_surface, describe_surface
-from viewer.surfacing.state import SurfacingState, SurfacingWork
+from viewer.surfacing.state import SurfacingState
 
 #: Writes a surface to a file.
 WriteObj = Callable[[Path, Surfacing], None]

@@ -163,6 +163,32 @@ def edits_of(document: JsonValue) -> tuple[SurfacingEdits, tuple[LooseStroke, ..
     return edits, strokes
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SurfacingWork:
+    """What is kept in case of a crash. strokes: that are not among the edits yet."""
+
+    edits: SurfacingEdits
+    alpha: float
+    fair: bool
+    strokes: tuple[LooseStroke, ...] = ()
+
+    def is_like(self, other: SurfacingWork) -> bool:
+        """Is nothing different?"""
+        mine, yours = (self.alpha, self.fair), (other.alpha, other.fair)
+        return self.edits is other.edits and mine == yours
+
+    def document(self) -> dict[str, object]:
+        """What :meth:`of_document` reads, for JSON."""
+        return {"edits": edits_document(self.edits), "alpha": self.alpha, "fair": self.fair}
+
+    @classmethod
+    def of_document(cls, document: JsonValue) -> SurfacingWork:
+        """From JSON; raises InvalidWorkError, and InvalidNetworkError for what is no network."""
+        entries = document.entries(("edits", "alpha", "fair"))
+        edits, strokes = edits_of(entries["edits"])
+        return cls(edits, entries["alpha"].number(), entries["fair"].truth(), strokes)
+
+
 def _steps(cycles: Sequence[Cycle]) -> list[Steps]:
     return [[[curve, int(back)] for curve, back in cycle.steps] for cycle in cycles]
 
