@@ -25,8 +25,9 @@ STEP = 0.25
 #: ... but a segment is parted into so many at most.
 MOST_STEPS = 256
 
-#: Segments of a stroke that are measured from at once.
-PIECE = 8
+#: Segments of a stroke that are measured from at once, where there are more pairs of a point and a
+#: segment than these.
+PIECE, FEW = 8, 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,8 +80,10 @@ class BrushStroke:
     def weigh(self, points: Points, normals: Points) -> NDArray[np.float64]:
         """(n,) its effect at points (n, 3) with normals: 1 on its line, 0 from the radius on."""
         away = np.full(len(points), math.inf)
-        for first in range(0, len(self.starts), PIECE):
-            piece = slice(first, first + PIECE)
+        # Few points are measured from all of it sooner than sorted out.
+        size = PIECE if len(points) * len(self.starts) > FEW else len(self.starts)
+        for first in range(0, len(self.starts), size):
+            piece = slice(first, first + size)
             # A long stroke passes most points far off.
             both = np.concatenate([self.starts[piece], self.ends[piece]])
             low, high = both.min(axis=0) - self.radius, both.max(axis=0) + self.radius
