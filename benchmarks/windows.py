@@ -287,7 +287,7 @@ def time_features(one: TimedWindow, times: int) -> tuple[list[float], list[float
 
 def time_shapes(one: TimedWindow, times: int) -> tuple[list[float], list[float]]:
     """In place of ink, the shape that follows the pull; from its end to the picture."""
-    lines = [line.name for line in one.state.shaping.skin.lines]
+    lines = [line.name for line in one.state.skin.lines]
     seen = one.state.sight.lines[lines.index("roof_rail")]
     x, y = seen[len(seen) // 2, :2].tolist()
     moved: list[float] = []

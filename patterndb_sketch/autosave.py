@@ -100,13 +100,16 @@ class Autosave(Generic[Kept]):
         if state is self._kept or self.path is None or now - self._at < self._every:
             return False
         self._at = now
+        if self._same(state, self._kept):
+            self._kept = state
+            return False
         replace_file(self.path, self._encode(state))
         self._kept = state
         return True
 
-    def saved(self, state: Kept, session: Path) -> None:
-        """The user saved this state to a session: the recovery file so far is of no use any more,
-        and the next is beside it."""
+    def saved(self, state: Kept, session: Path | None) -> None:
+        """The user saved this state: the recovery file so far is of no use any more, and the next
+        is beside the session that it was saved to, or where it was if that is no session."""
         self._remove()
         self.path = self._path(session)
         self._kept = self._saved = state

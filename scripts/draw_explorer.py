@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 import patterndb
 from ingest.formats import read_mesh
 from patterndb.store import Database
+from query.contour import make_flat_boundary
 from query.placing import Surface
 from viewer.camera import FILLED, fit_view
-from viewer.contour import make_flat_boundary
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ExplorerState

@@ -137,7 +137,7 @@ def click(state: ShapesState, x: float, y: float) -> None:
 
 def middle(state: ShapesState, name: str) -> tuple[float, float]:
     """Where the middle of a curve is seen."""
-    numbers = [i for i, line in enumerate(state.shaping.skin.lines) if line.name == name]
+    numbers = [i for i, line in enumerate(state.skin.lines) if line.name == name]
     line = state.sight.lines[numbers[0]]
     x, y = line[len(line) // 2, :2].tolist()
     return x, y

@@ -52,10 +52,10 @@ def place_fills(folder: str, example: str) -> None:
     import numpy as np
 
     from patterndb.core.pattern import Pattern
+    from patterndb.geometry.embedding import embed_disk
     from query import Boundary, Fill, Stroke
     from query.expand import expand_pattern
     from query.placing import Surface, find_loops, lay_flat, measure_flow_distance, place, quality
-    from viewer import embed_disk
     from viewer.solid import fill_triangles
 
     square = Pattern.from_code(np.zeros(4, np.uint16))

@@ -1,7 +1,7 @@
 """Seeing patterns and fills: flat drawings, pictures, contact sheets, and the windows.
 
-Read in this order. Flat pictures: :mod:`~viewer.embedding` (with :mod:`~viewer.relax`) lays a disk
-out, :mod:`~viewer.drawing` cuts it into polygons, :mod:`~viewer.painting` paints these,
+Read in this order. Flat pictures: :mod:`~viewer.drawing` cuts a disk that was laid out
+(:mod:`patterndb.geometry.embedding`) into polygons, :mod:`~viewer.painting` paints these,
 :mod:`~viewer.paper` and :mod:`~viewer.gallery` write files. What all viewers share:
 :mod:`~viewer.commands` (what can be done, one table a viewer), :mod:`~viewer.keymap`,
 :mod:`~viewer.saver`, :mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`,
@@ -22,10 +22,10 @@ from typing import TYPE_CHECKING
 from patterndb.system.latenames import load_late
 
 if TYPE_CHECKING:
+    from patterndb.geometry.embedding import embed_disk, find_flipped_quads
     from viewer.browser import browse
     from viewer.browser_state import BrowserSource, BrowserState
     from viewer.card import Card
-    from viewer.embedding import embed_disk, find_flipped_quads
     from viewer.fillcard import make_fill_card
     from viewer.gallery import save_gallery
     from viewer.paper import PictureFormatError, save_picture
@@ -52,8 +52,8 @@ _HOME = {
     "DisplayError": "viewer.shell.probe",
     "PictureFormatError": "viewer.paper",
     "browse": "viewer.browser",
-    "embed_disk": "viewer.embedding",
-    "find_flipped_quads": "viewer.embedding",
+    "embed_disk": "patterndb.geometry.embedding",
+    "find_flipped_quads": "patterndb.geometry.embedding",
     "make_fill_card": "viewer.fillcard",
     "save_gallery": "viewer.gallery",
     "save_picture": "viewer.paper",

@@ -8,13 +8,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.bundles import find_boundary_bundles, find_bundles
 from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.browser_state import COLUMNS, ROWS, BrowserState
 from viewer.card import collect_facts, format_count, format_valences
-from viewer.drawing import DiskDrawing, draw_disk, find_boundary_bundles, find_bundles
+from viewer.drawing import DiskDrawing, draw_disk
 from viewer.facts import FactSheet
 from viewer.painting import measure_scale, paint_disk, paint_legend
 from viewer.scene import HIGHLIGHT_LINE, Scene

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Generic, Literal, TypeVar
+from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from viewer.keymap import Spoken
 from viewer.scene import HEIGHT
+from viewer.sessions import WorkKeeper
 
 # From where a fill is looked at: a camera without perspective.
 
@@ -259,12 +260,14 @@ Kind = TypeVar("Kind", bound=Camera)
 class ViewerState(Generic[Kind]):
     """What the states of all viewers have whose things are looked at with a camera.
 
-    speaker: keeps what there is to say of the last thing done.
+    speaker: keeps what there is to say of the last thing done. files: what the work is kept in in
+    case of a crash, where it has no sessions.
     """
 
     def __init__(self, camera: Kind, speaker: Spoken) -> None:
         self.camera = camera
         self._speaker = speaker
+        self.files: WorkKeeper[Any] | None = None
 
     @property
     def message(self) -> str:
@@ -274,6 +277,20 @@ class ViewerState(Generic[Kind]):
     @message.setter
     def message(self, text: str) -> None:
         self._speaker.message = text
+
+    def recover(self) -> None:
+        """Take what a crash left in place of what is here, as one step."""
+        lost = None if self.files is None else self.files.lost
+        if self.files is None or lost is None:
+            self.message = "there is nothing that a crash left"
+        else:
+            self.take_work(lost)
+            self.files.lost = None
+            self.message = "this is what the crash left; its file goes once it is saved"
+
+    def take_work(self, work: Any) -> None:
+        """Take work that was kept, as one step; for states with ``files``."""
+        raise NotImplementedError
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches, by its name."""

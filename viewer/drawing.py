@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.bundles import find_bundles
 from patterndb.core.disk import Disk
-from patterndb.core.halfedge import Int32Array, next_edge
-from patterndb.core.polychord import polychords
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.quadmesh import QuadMesh
+from patterndb.geometry.embedding import embed_disk, frame_points
 from patterndb.geometry.points import Points
-from viewer.embedding import embed_disk, frame_points
 from viewer.style import TINTS, parse_colour
 
 #: Part of an edge that a polychord's band covers.
@@ -75,9 +75,9 @@ def draw_disk(
     """Lay a disk out for painting.
 
     mirrored: draw the mirror image. tinted: with the polychords' bands. choose: the bundle
-    to pick out, numbered as :func:`viewer.drawing.find_bundles` does; one there is not is ignored.
-    points: (v, 2) where the vertices lie; None lays them out by the disk's corners. marks: of
-    strokes.
+    to pick out, numbered as :func:`patterndb.core.bundles.find_bundles` does; one there is not is
+    ignored. points: (v, 2) where the vertices lie; None lays them out by the disk's corners.
+    marks: of strokes.
     """
     points = embed_disk(disk) if points is None else frame_points(points)
     if mirrored:
@@ -156,32 +156,6 @@ def _pieces(corner: Points) -> Points:
 # bundles, not polychords, lets a fill of 300 quads be read as the pattern it came from.
 
 
-def find_bundles(disk: Disk) -> Int32Array:
-    """Find bundles of parallel polychords, as (q, 2) int32 through edges 0-2 and edges 1-3.
-
-    Two polychords are parallel if between them runs a regular chain: closed or from one
-    flat boundary vertex to another, through interior vertices of valence 4 only. Bundles
-    are numbered by the first boundary edge they meet, those of loops after them, so that a
-    reduced pattern and its expansions number them alike (and as Pattern.label does).
-    """
-    twin = QuadMesh.from_quads(disk.quads).twin
-    of_edge = polychords(twin).of_edge
-    root = np.arange(of_edge.max() + 1)
-    for chain in _regular_chains(disk, twin):
-        for h in chain:
-            one = _find(root, int(of_edge[next_edge(h)]))
-            other = _find(root, int(of_edge[next_edge(int(twin[h]))]))
-            root[max(one, other)] = min(one, other)
-    tail = disk.quads.ravel()
-    border = np.flatnonzero(twin < 0)
-    border = border[np.argsort(tail[border])]
-    number: dict[int, int] = {}
-    for c in (*of_edge[border].tolist(), *range(len(root))):
-        number.setdefault(_find(root, c), len(number))
-    name = np.array([number[_find(root, c)] for c in range(len(root))], np.int32)
-    return name[of_edge].reshape(-1, 4)[:, :2]
-
-
 def choose_tints(disk: Disk, bundle: Int32Array) -> Int32Array:
     """Choose (bundles,) int32 the tint of every bundle, an index of style.TINTS.
 
@@ -204,57 +178,3 @@ def choose_tints(disk: Disk, bundle: Int32Array) -> Int32Array:
         tint[b] = int(cost.argmin())
         used[tint[b]] += 1
     return tint
-
-
-def find_boundary_bundles(disk: Disk, bundle: Int32Array) -> Int32Array:
-    """Find (P,) int32 bundle that meets every boundary edge, edge j leaving vertex j."""
-    tail = disk.quads
-    head = np.roll(tail, -1, axis=1)
-    quad, edge = np.nonzero((tail < disk.perimeter) & (head == (tail + 1) % disk.perimeter))
-    met = np.empty(disk.perimeter, np.int32)
-    met[tail[quad, edge]] = bundle[quad, edge & 1]
-    return met
-
-
-def _regular_chains(disk: Disk, twin: Int32Array) -> list[list[int]]:
-    """Half-edges of every regular chain; a chain may be found once from each end."""
-    valence = disk.valence()
-    tail = disk.quads.ravel()
-    p = disk.perimeter
-
-    def walk(h: int) -> list[int] | None:
-        chain = [h]
-        while True:
-            head = int(tail[next_edge(chain[-1])])
-            if head < p:
-                return chain if valence[head] == 2 else None
-            if valence[head] != 4:
-                return None
-            # Two quads on round the vertex is straight ahead.
-            ahead = next_edge(int(twin[next_edge(chain[-1])]))
-            if ahead == h:
-                return chain
-            if len(chain) > len(twin):
-                return None
-            chain.append(ahead)
-
-    chains: list[list[int]] = []
-    seen = np.zeros(len(twin), np.bool_)
-    for from_boundary in (True, False):
-        for h in np.flatnonzero(twin >= 0).tolist():
-            v = int(tail[h])
-            start = valence[v] == 2 if v < p else valence[v] == 4
-            if (v < p) != from_boundary or not start or seen[h]:
-                continue
-            chain = walk(h)
-            if chain is None or (not from_boundary and int(tail[next_edge(chain[-1])]) != v):
-                continue
-            seen[chain] = True
-            chains.append(chain)
-    return chains
-
-
-def _find(root: NDArray[np.int64], c: int) -> int:
-    while root[c] != c:
-        c = int(root[c])
-    return c

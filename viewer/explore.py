@@ -9,17 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb_sketch.workfile import digest_arrays
 from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from viewer import saver, style
-from viewer.contour import PointerMode
 from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
-from viewer.explorer_state import ExplorerState
+from viewer.explorer_state import ExplorerState, ExplorerStep, ExplorerStepEntries
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.pointerstroke import PointerMode
 from viewer.saver import SaveWay
+from viewer.sessions import WorkForm, WorkKeeper
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]
@@ -97,8 +99,11 @@ def explore(
             other = ExplorerState(
                 source, found, surface=ground, strokes=drawn, tolerance=tolerance, folded=folded
             )
-            return ExplorerSaver(other, Path(folder), write_obj, window_size, accept)
+            another = ExplorerSaver(other, Path(folder), write_obj, window_size, accept)
+            another.watch()
+            return another
 
+        shell.watch()
         opener = None if open_file is None else open_another
         shown = open_window(shell, pressed, "Fills", ExplorerWindow, opener)
         state = shown.state
@@ -127,6 +132,21 @@ class ExplorerSaver(saver.Saver):
         self._folder = folder
         self._write_obj = write_obj
         self._accept = accept
+
+    def watch(self) -> None:
+        """Keep what is asked from now on in case of a crash, and read what one left."""
+        surface = self.state.surface
+        of = "a plane" if surface is None else digest_arrays(surface.vertices, surface.triangles)
+        form = WorkForm(
+            self.kind,
+            ExplorerStep.document,
+            lambda document: document.read(ExplorerStepEntries).step(),
+            ExplorerStep.is_like,
+        )
+        self.keep_by(WorkKeeper(form, of, self.kept_work(), self._folder))
+
+    def kept_work(self) -> ExplorerStep:
+        return self.state.steps.now
 
     def draw_live(self, width: float, height: float) -> Drawn:
         return compose_explorer(self.state, width, height)
@@ -168,6 +188,7 @@ class ExplorerSaver(saver.Saver):
             return "fills cannot be saved here: no way to write them was given"
         self._write_obj(path, placed.fill, placed.placement.vertices)
         self.state.drawn_here = False
+        self.note_saved()
         if self._accept is None:
             return f"saved {path}"
         try:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from viewer.commands import Command
-from viewer.contour import PointerMode
 from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect, KeyMap
+from viewer.modelcommands import RECOVER
+from viewer.pointerstroke import PointerMode
 
 #: By how much the keys [ and ] scale edge counts.
 FINER = 1.25
@@ -140,6 +141,7 @@ COMMANDS: tuple[Command[ExplorerState], ...] = (
     Command("more-tolerance", "Farther from strokes", "Wishes", (".",),
             _change(lambda e: e.finder.change_tolerance(1)),
             "Strands may end more edges off their strokes", enabled=_has_strokes),
+    RECOVER,
     Command("frame-all", "Frame all", "View", ("v", "Home"), lambda e: e.camera.fit(),
             "All back into the middle", bar=True),
     Command("roll", "Roll the view", "View", ("u",), lambda e: e.camera.roll(),

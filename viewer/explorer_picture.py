@@ -9,13 +9,13 @@ import numpy as np
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import format_count, format_valences
-from viewer.contour import PointerMode
 from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet, LegendEntry
 from viewer.finder import FillFinder
 from viewer.net import Net
 from viewer.painting import make_bars
 from viewer.picture import Drawn
+from viewer.pointerstroke import PointerMode
 from viewer.scene import Scene
 from viewer.solid import Hiding, Solid
 
@@ -37,6 +37,10 @@ LABEL = 18.0
 LABEL_RIM = "#b9c1cb"
 
 
+#: Edges of a fill of before.
+FADED = "#a3abb5"
+
+
 def compose_explorer(state: ExplorerState, width: float, height: float) -> Drawn:
     """Compose the picture of so many points."""
     scene, middle = Scene(width, height), (width / 2.0, height / 2.0)
@@ -46,11 +50,11 @@ def compose_explorer(state: ExplorerState, width: float, height: float) -> Drawn
     former = None if state.hiding or placed is not None else state.former
     net = placed.net if placed is not None else None if former is None else former.net
     solid = Solid.of(state.camera.view, middle, state.surface, net, faded=former is not None)
-    if former is not None:
-        net = None
     painter = _Painter(state, scene, Hiding(solid, width, height), middle)
     if net is not None:
-        painter.net(net)
+        painter.net(net, style.EDGE if former is None else FADED)
+    if former is not None:
+        net = None
     painter.boundary(net)
     for stroke in state.finder.strokes:
         if stroke.points is not None:
@@ -77,10 +81,11 @@ class _Painter:
         self._shift = np.array([*middle, 0.0])
         self._radius = MARKER[2]
 
-    def net(self, net: Net) -> None:
+    def net(self, net: Net, colour: str) -> None:
+        """The edges of quads."""
         edge = net.edge * self.state.camera.view.scale
         self._radius = float(np.clip(edge * MARKER[0], *MARKER[1:]))
-        self._lines(self._seen(net.edges), style.EDGE, float(np.clip(edge * LINE[0], *LINE[1:])))
+        self._lines(self._seen(net.edges), colour, float(np.clip(edge * LINE[0], *LINE[1:])))
 
     def markers(self, net: Net) -> None:
         """Irregular vertices, as everywhere in the viewer, and odd ones on the boundary."""
@@ -103,10 +108,11 @@ class _Painter:
         contour, boundary = self.state.contour, self.state.finder.boundary
         if contour is None:
             return
-        chosen = self.state.side_under()
+        meant = self.state.meant_side
+        chosen = self.state.side_under() if meant is None else meant
         if boundary is None or boundary.points is None:
-            for side in contour.sides:
-                self.line(side, style.BOUNDARY, BOUNDARY_WIDTH)
+            for i, side in enumerate(contour.sides):
+                self.line(side, style.SELECTED if i == chosen else style.BOUNDARY, BOUNDARY_WIDTH)
         else:
             starts = boundary.side_starts
             edges = self._ring(boundary.points) if net is None else net.border

@@ -11,17 +11,27 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
+from patterndb.system.documents import Entries
 from patterndb.system.history import History
 from query import Boundary, Stroke
+from query.contour import Contour
+from query.contourjson import (
+    ContourEntries,
+    DrawnStrokeEntries,
+    contour_document,
+    contour_of,
+    stroke_document,
+    stroke_of,
+)
 from query.engine import PatternSource
+from query.ground import DrawingGround
 from query.placing import Surface
 from query.stroke import TOLERANCE
 from viewer.background import Placed
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
-from viewer.contour import Contour, PointerMode, PointerStroke
 from viewer.finder import LIMIT, FillFinder
-from viewer.ground import DrawingGround
 from viewer.nearness import SIDE_REACH
+from viewer.pointerstroke import PointerMode, PointerStroke
 
 #: Part of the picture's lesser size that a boundary is fitted into: its numbers need room.
 FITTED = 0.76
@@ -46,9 +56,45 @@ class ExplorerStep:
             and self.choices == other.choices
         )
 
+    def document(self) -> dict[str, object]:
+        """What :meth:`ExplorerStepEntries.step` reads, for JSON."""
+        return {
+            "contour": None if self.contour is None else contour_document(self.contour),
+            "strokes": [stroke_document(stroke) for stroke in self.strokes],
+            "choices": dict(zip(CHOICES, self.choices, strict=True)),
+        }
+
 
 #: What of a finder a step holds.
 CHOICES = ("tolerance", "order", "strict", "folded", "following", "max_irregular", "max_valence")
+
+
+class ChoicesEntries(Entries):
+    """What :data:`CHOICES` names, as JSON has it."""
+
+    tolerance: int
+    order: str | None
+    strict: bool
+    folded: bool
+    following: bool
+    max_irregular: int | None
+    max_valence: int | None
+
+
+class ExplorerStepEntries(Entries):
+    """A step, as JSON has it."""
+
+    contour: ContourEntries | None
+    strokes: list[DrawnStrokeEntries]
+    choices: ChoicesEntries
+
+    def step(self) -> ExplorerStep:
+        """The step; raises InvalidQueryError for a stroke that is none."""
+        return ExplorerStep(
+            None if self.contour is None else contour_of(self.contour),
+            tuple(map(stroke_of, self.strokes)),
+            tuple(getattr(self.choices, name) for name in CHOICES),
+        )
 
 
 class ExplorerCamera(Camera):
@@ -90,6 +136,8 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         #: What is asked, and the fills that were found.
         self.finder = FillFinder(source, surface, strokes, tolerance, limit, folded)
         self.hiding = False
+        #: The side that is shown as chosen, whatever the pointer is on.
+        self.meant_side: int | None = None
         self.strips_shown = True
         self.mode = PointerMode.LOOK
         self.contour: Contour | None = None
@@ -98,7 +146,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if boundary is not None:
             self.contour = Contour.of(boundary)
             if surface is None:
-                self.ground = _plane_of(boundary)
+                self.ground = DrawingGround.of_boundary(boundary)
         self.pen = PointerStroke(self.ground)
         #: The fill that was shown before the boundary was changed, until there is another.
         self.former: Placed | None = None
@@ -152,13 +200,20 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if not turned:
             self.message = otherwise
             return
-        step = self.steps.now
+        self._show_step(self.steps.now)
+
+    def _show_step(self, step: ExplorerStep) -> None:
         self.leave()
         for name, value in zip(CHOICES, step.choices, strict=True):
             setattr(self.finder, name, value)
         self.finder.strokes = list(step.strokes)
         self.contour = step.contour
         self._ask()
+
+    def take_work(self, work: ExplorerStep) -> None:
+        self._show_step(work)
+        self.keep_step()
+        self.drawn_here = True
 
     def _step(self) -> ExplorerStep:
         choices = tuple(getattr(self.finder, name) for name in CHOICES)
@@ -400,13 +455,3 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if self.surface is not None:
             return self.surface.vertices, np.array([0.35, 0.25, 1.0]), 1.25
         return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.array([0.0, 0.0, 1.0]), 1.0
-
-
-def _plane_of(boundary: Boundary) -> DrawingGround:
-    """The plane through a boundary's middle, across its mean normal."""
-    assert boundary.points is not None
-    middle = boundary.points.mean(axis=0)
-    spokes = boundary.points - middle
-    area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
-    size = float(np.linalg.norm(area))
-    return DrawingGround(None, middle, area / size if size > 0.0 else None)

@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 
+from PySide6.QtCore import QEvent, QObject
 from PySide6.QtGui import QPixmap
 from PySide6.QtWidgets import (
     QCheckBox,
     QComboBox,
     QFormLayout,
+    QGridLayout,
     QLabel,
     QPushButton,
+    QScrollArea,
     QVBoxLayout,
     QWidget,
 )
@@ -48,6 +51,54 @@ def paint_fill(
     return paint_thumbnail(drawing, size, density)
 
 
+class EvenOffers(QScrollArea):
+    """Buttons for numbers of edges that would make an odd perimeter even, a row for each side.
+
+    choose: called with a side and its number. mean: called with the side whose button the pointer
+    or the keyboard is on, and with None when it leaves.
+    """
+
+    def __init__(
+        self, choose: Callable[[int, int], object], mean: Callable[[int | None], object]
+    ) -> None:
+        super().__init__()
+        self._choose, self._mean = choose, mean
+        self._lengths: tuple[int, ...] = ()
+        self._sides: dict[QObject, int] = {}
+        self.offered: list[tuple[int, int]] = []
+        self.setWidgetResizable(True)
+
+    def offer(self, lengths: tuple[int, ...], offered: list[tuple[int, int]]) -> None:
+        """Offer (side, edges) for sides with these edges."""
+        if (lengths, offered) == (self._lengths, self.offered):
+            return
+        self._lengths, self.offered, self._sides = lengths, offered, {}
+        whole = QWidget()
+        grid = QGridLayout(whole)
+        label = QLabel("The perimeter is odd: no quads fill it. Give one side another number:")
+        label.setWordWrap(True)
+        grid.addWidget(label, 0, 0, 1, 3)
+        for side, length in offered:
+            button = QPushButton(str(length))
+            button.setToolTip(f"{format_count(length, 'edge')} on this side instead")
+            button.clicked.connect(partial(self._choose, side, length))
+            button.installEventFilter(self)
+            self._sides[button] = side
+            grid.addWidget(QLabel(f"side of {lengths[side]}"), side + 1, 0)
+            grid.addWidget(button, side + 1, 1 if length < lengths[side] else 2)
+        grid.setRowStretch(len(lengths) + 1, 1)
+        self.setWidget(whole)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Tell which side is meant."""
+        side = self._sides.get(watched)
+        if side is not None and event.type() in (QEvent.Type.Enter, QEvent.Type.FocusIn):
+            self._mean(side)
+        elif side is not None and event.type() in (QEvent.Type.Leave, QEvent.Type.FocusOut):
+            self._mean(None)
+        return super().eventFilter(watched, event)
+
+
 class ExplorerWindow(ShellWindow):
     """Shows fills with small pictures of the next ones, and what they shall be like."""
 
@@ -59,7 +110,14 @@ class ExplorerWindow(ShellWindow):
         self.thumbnails = ThumbnailList(
             self._choose, empty="fills of the boundary appear here; click one to see it"
         )
-        fills.setWidget(self.thumbnails)
+        self.even = EvenOffers(self._make_even, self._mean_side)
+        # In place of the fills, which there are none of then.
+        both = QWidget()
+        layout = QVBoxLayout(both)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.even)
+        layout.addWidget(self.thumbnails)
+        fills.setWidget(both)
         wishes = Dock("Wishes", self)
         wishes.show_scrolled(self._make_wishes())
         return [fills, wishes]
@@ -122,11 +180,6 @@ class ExplorerWindow(ShellWindow):
         form.addRow("tolerance", self.tolerance)
         form.addRow(self.folded)
         layout.addLayout(form)
-        self.even = QWidget()
-        self._even_layout = QVBoxLayout(self.even)
-        self._even_layout.setContentsMargins(0, 0, 0, 0)
-        self._even_shown: list[tuple[int, int]] = []
-        layout.addWidget(self.even)
         layout.addStretch(1)
         return whole
 
@@ -153,27 +206,17 @@ class ExplorerWindow(ShellWindow):
         self.tolerance.setValue(finder.tolerance)
         self.tolerance.setEnabled(bool(finder.strokes))
         self.folded.setChecked(finder.folded)
-        self._refresh_even()
-
-    def _refresh_even(self) -> None:
-        """Where the perimeter is odd, offer what would make it even."""
-        found = self.state.list_even_lengths()
-        if found == self._even_shown:
-            return
-        self._even_shown = found
-        while (item := self._even_layout.takeAt(0)) is not None:
-            if (widget := item.widget()) is not None:
-                widget.deleteLater()
-        if not found:
-            return
-        label = QLabel("The perimeter is odd. Make it even:")
-        label.setWordWrap(True)
-        self._even_layout.addWidget(label)
-        for side, length in found:
-            button = QPushButton(f"side {side}: {length} edges")
-            button.setToolTip(f"Give side {side} {length} edges instead")
-            button.clicked.connect(partial(self._make_even, side, length))
-            self._even_layout.addWidget(button)
+        contour = self.state.contour
+        self.even.offer(() if contour is None else contour.lengths, self.state.list_even_lengths())
+        self.even.setVisible(bool(self.even.offered))
+        self.thumbnails.setVisible(not self.even.offered)
 
     def _make_even(self, side: int, length: int) -> None:
+        self._mean_side(None)
         self._wish(lambda: self.state.choose_length(side, length))
+
+    def _mean_side(self, side: int | None) -> None:
+        """Show which side a button is about."""
+        if self.state.meant_side != side:
+            self.state.meant_side = side
+            self.show_change()

@@ -9,10 +9,10 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from query import Boundary, Fill, Stroke
+from query.contour import make_flat_boundary
 from query.placing import place
 from query.placing.strands import find_carriers, locate_edge
 from viewer.card import Card
-from viewer.contour import make_flat_boundary
 from viewer.drawing import StrokeMark
 
 

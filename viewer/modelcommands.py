@@ -1,10 +1,17 @@
-"""Commands of all windows that show a model: how it is looked at."""
+"""Commands of several windows: how a model is looked at, and what a crash left."""
 
 from __future__ import annotations
 
 from typing import Any
 
 from viewer.commands import Command
+
+#: For windows whose state has the ``files`` that work is kept in, and a ``recover``.
+RECOVER: Command[Any] = Command(
+    "recover", "Open what a crash left", "File", ("R",), lambda s: s.recover(),
+    "Take the work that a crash left, in place of what is here",
+    enabled=lambda s: s.files is not None and s.files.lost is not None,
+)  # fmt: skip
 
 #: A direction (3,).
 Direction = tuple[float, float, float]

@@ -12,7 +12,7 @@ from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.keymap import Effect, KeyMap
 from viewer.picture import Drawn, save_drawn
-from viewer.sessions import SessionWriter
+from viewer.sessions import SessionWriter, WorkKeeper
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +57,8 @@ class Saver(ABC):
     kind = "window"
     opens = "a file"
     commands: Sequence[Command[Any]] = ()
+    #: The SessionWriter that keeps work in case of a crash; None where nothing is kept.
+    files: Any = None
 
     def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
         self.state = state
@@ -91,15 +93,52 @@ class Saver(ABC):
         """Why a command cannot be obeyed just now; "" if it can."""
         return ""
 
-    def find_lost_work(self) -> LostWork | None:
-        """Work that a crash left, None for none."""
+    def kept_work(self) -> Any:
+        """The work as it is now, which is kept in case of a crash; None while it cannot be."""
         return None
 
-    def dismiss(self) -> None:
-        """Let go of the state: something else is shown, and whoever works has agreed."""
+    def keep(self) -> None:
+        """Keep the work in case of a crash, if it is time; called often."""
+        work = None if self.files is None else self.kept_work()
+        if self.files is not None and work is not None:
+            self.state.message = self.files.tick(work) or self.state.message
+
+    def keep_by(self, files: WorkKeeper[Any]) -> None:
+        """Keep the work in these files from now on, and say what a crash left of it."""
+        self.files = self.state.files = files
+        self.state.message = files.find_lost() or self.state.message
+
+    def note_saved(self) -> None:
+        """The work was saved as it is: nothing of it need be kept any more."""
+        if self.files is not None:
+            self.files.note_saved(self.kept_work(), None)
+
+    def find_lost_work(self) -> LostWork | None:
+        """Work that a crash left, None for none."""
+        if self.files is None or self.files.lost is None:
+            return None
+        return LostWork(
+            "A crash, or a window that was closed by force, left work on this. "
+            "Open it in place of what is here?",
+            self.recover,
+            self.files.discard_lost,
+        )
+
+    def recover(self) -> None:
+        """Take what a crash left in place of what is here."""
+        self.state.recover()
+
+    def end(self, *, discarded: bool) -> None:
+        """End: nothing is kept any more, unless the window was ended without being asked."""
         close = getattr(self.state, "close", None)
         if close is not None:
             close()
+        if self.files is not None:
+            self.files.end(None if discarded else self.kept_work())
+
+    def dismiss(self) -> None:
+        """Let go of the state: something else is shown, and whoever works has agreed."""
+        self.end(discarded=True)
 
     @abstractmethod
     def picture_path(self) -> Path:
@@ -183,19 +222,11 @@ class SessionSaver(Saver):
                     lambda: self.files.session_path),
         )  # fmt: skip
 
-    def find_lost_work(self) -> LostWork | None:
-        if self.files.lost is None:
-            return None
-        return LostWork(
-            "A crash, or a window that was closed by force, left work on this. "
-            "Open it in place of what is here?",
-            self.state.editing.recover,
-            self.files.discard_lost,
-        )
+    def keep(self) -> None:
+        """The editing does, whenever it is asked for what is new."""
 
-    def dismiss(self) -> None:
-        super().dismiss()
-        self.files.end(None)
+    def recover(self) -> None:
+        self.state.editing.recover()
 
     def _write_session(self, path: Path) -> str:
         before, self.files.session_path = self.files.session_path, path

@@ -5,11 +5,14 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from patterndb.errors import PatternDBError
+from patterndb.system.documents import JsonValue
 from patterndb_sketch.autosave import UNNAMED, Autosave, find_recoveries
+from patterndb_sketch.workfile import read_work, work_bytes
 
 Kept = TypeVar("Kept")
 Lost = TypeVar("Lost")
@@ -69,16 +72,13 @@ class SessionWriter(Generic[Kept, Lost]):
             self._left.unlink(missing_ok=True)
         self.lost = self._left = None
 
-    def note_saved(self, state: Kept, path: Path) -> None:
-        """A state was saved to a session: what was kept of it, or opened to begin with, goes."""
+    def note_saved(self, state: Kept, path: Path | None) -> None:
+        """A state was saved, to a session or in another form (None): what was kept of it, or opened
+        to begin with, goes."""
         self.session_path = path
         if self.autosave is not None:
             self.autosave.saved(state, path)
-        if self._left is not None and self.lost is None:
-            # What it held was opened, and is saved now. One that cannot go is offered once more.
-            with contextlib.suppress(OSError):
-                self._left.unlink(missing_ok=True)
-            self._left = None
+        self._drop_opened()
 
     def tick(self, state: Kept) -> str:
         """Keep a state in case of a crash, if it is time; says why that cannot be, else ""."""
@@ -92,4 +92,60 @@ class SessionWriter(Generic[Kept, Lost]):
     def end(self, state: Kept | None) -> Path | None:
         """Keep nothing any more, but a last state that no session has: returns where that is."""
         autosave, self.autosave = self.autosave, None
-        return None if autosave is None else autosave.close(state)
+        kept = None if autosave is None else autosave.close(state)
+        if state is None or kept is not None:
+            self._drop_opened()
+        return kept
+
+    def _drop_opened(self) -> None:
+        """What a crash left was opened, and is saved now, kept anew, or not wanted: its file goes.
+        One that cannot go is offered once more."""
+        if self._left is not None and self.lost is None:
+            with contextlib.suppress(OSError):
+                self._left.unlink(missing_ok=True)
+            self._left = None
+
+
+@dataclass(frozen=True, slots=True)
+class WorkForm(Generic[Kept]):
+    """How work is kept for which there are no sessions.
+
+    kind: of window. document: of the work. read: the work of a document; PatternDBError for none.
+    same: is there nothing to save in the one that the other has not?
+    """
+
+    kind: str
+    document: Callable[[Kept], dict[str, object]]
+    read: Callable[[JsonValue], Kept]
+    same: Callable[[Kept, Kept], bool]
+
+
+class WorkKeeper(SessionWriter[Kept, Kept]):
+    """Keeps what is done in a window in case of a crash where there are no sessions.
+
+    form: of the work. of: tells what is worked on from others. state: the first, which needs no
+    saving. folder: where recovery files are.
+    """
+
+    def __init__(self, form: WorkForm[Kept], of: str, state: Kept, folder: Path) -> None:
+        self.unnamed = f"unnamed-{form.kind}"
+        self._form, self._of = form, of
+        autosave = Autosave(
+            lambda kept: work_bytes(form.kind, of, form.document(kept)),
+            state,
+            folder=folder,
+            unnamed=self.unnamed,
+            same=form.same,
+        )
+        super().__init__(folder, None, autosave)
+
+    def find_lost(self) -> str:
+        """Read what a crash left of this work, and say so; "" if it left nothing."""
+
+        def read(path: Path) -> Kept | str:
+            of, work = read_work(path, self._form.kind)
+            if of != self._of:
+                return "of something else; it is offered where that is opened in this folder"
+            return self._form.read(work)
+
+        return self.find_recovery(read)

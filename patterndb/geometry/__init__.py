@@ -3,5 +3,5 @@
 Read in this order: points (names of arrays, vectors), polyline, triangulation; tree (the one tree
 of boxes and the walk down it), proximity and casting (what is asked of it), trianglemesh
 (triangles that answer), surface (what fills are placed on); neighbours and quadshape (placed
-quads).
+quads); embedding with relaxation (flat layouts of disks).
 """

@@ -53,6 +53,7 @@ Name = Annotated[int | str, Meta(description="a name: a whole number or a text")
 Point = Annotated[
     list[Number], Meta(min_length=2, max_length=3, description="a point [x, y, z]")
 ]  #: z is 0 where it is left out: see :func:`complete_points`.
+Pair = Annotated[list[int], Meta(min_length=2, max_length=2, description="a pair of whole numbers")]
 Polyline = Annotated[
     list[Point], Meta(min_length=2, extra={"length": "a polyline needs two points or more"})
 ]

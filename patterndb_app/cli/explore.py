@@ -167,7 +167,7 @@ def _asked(
         return read_boundary(path)
     if sides is None:
         return None, []
-    from viewer.contour import make_flat_boundary
+    from query.contour import make_flat_boundary
 
     named = boundary_of(sides, closed, corners)
     return make_flat_boundary(named.lengths, named.corners), []

@@ -34,7 +34,7 @@ def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
 def write_flat_disk(path: Path, disk: Disk, comments: Sequence[str]) -> None:
     """Write a disk in the plane z = 0, as pictures show it: boundary vertices first."""
     # Imported here because only pictures and files need places for vertices.
-    from viewer import embed_disk
+    from patterndb.geometry.embedding import embed_disk
 
     lines = [
         *(f"# {comment}" for comment in comments),

@@ -334,11 +334,7 @@ def _look(
     from viewer.retopo import show
 
     with hushed():
-        kept = show(
-            editor, title=title, session=session, script=record, begun=said, write_mesh=_write
-        )
-    if kept is not None:
-        say(f"closed with unsaved work: kept in {kept}; the next window here opens it (key R)")
+        show(editor, title=title, session=session, script=record, begun=said, write_mesh=_write)
 
 
 def _write(path: Path, mesh: RetopoMesh) -> None:

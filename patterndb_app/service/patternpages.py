@@ -205,7 +205,7 @@ def describe_pattern(database: ServedDatabase, name: str) -> PatternDetailJson:
     pattern = database.ask(lambda db: db.pattern(name))
     seen = database.ask_slowly(lambda db: db.occurrences(pattern))
     known = {mesh.name: mesh.provenance for mesh in database.ask(lambda db: db.meshes())}
-    from viewer import embed_disk
+    from patterndb.geometry.embedding import embed_disk
 
     disk = pattern.disk()
     occurrences: list[SeenJson] = []

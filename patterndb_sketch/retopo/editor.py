@@ -24,7 +24,7 @@ from patterndb_sketch.retopo.filling import (
     release_vertices,
     weld_fills,
 )
-from patterndb_sketch.retopo.flaws import describe_flaws
+from patterndb_sketch.retopo.flaws import describe_leaps, describe_open_ends
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders
 from patterndb_sketch.retopo.network.keptfaces import check_kept_faces
@@ -52,12 +52,18 @@ class Outcome:
     """What a call came to.
 
     changed: is the state another one? refused: why the tool did nothing, None if it did
-    something. notes: what the user should know.
+    something. notes: what the user should know. ends: those of them that tell of open ends,
+    which who looks at the curves sees.
     """
 
     changed: bool
     refused: str | None = None
     notes: tuple[str, ...] = ()
+    ends: tuple[str, ...] = ()
+
+
+#: Planes of symmetry whose placed patches are kept: who tries one goes back to that before.
+PLANES = 4
 
 
 class Editor:
@@ -168,13 +174,14 @@ class Editor:
         self._history.step(state)
         if not tool.holds:
             self._refit(before)
-        flaws = describe_flaws(before, state.network, self.ground_now, state.sizes)
-        return Outcome(True, None, (*result.notes, *flaws))
+        ends = describe_open_ends(before, state.network, state.sizes)
+        leaps = describe_leaps(before, state.network, self.ground_now)
+        return Outcome(True, None, (*result.notes, *ends, *leaps), ends)
 
     def _refit(self, before: Network) -> None:
         """Fit quads of a draft to the surface where the last step filled patches anew."""
         state, ground, half = self.state, self.ground_now, self.half
-        cache = self._caches.setdefault(state.plane, PlacedCache())
+        cache = self._cache_of(state.plane)
         fitted = refit_quads(
             before,
             state.network,
@@ -187,6 +194,14 @@ class Editor:
         if fitted is not state.network:
             self._history.settle(replace(state, network=fitted))
 
+    def _cache_of(self, plane: Plane | None) -> PlacedCache:
+        """What was placed with a plane of symmetry; kept of those that were used last."""
+        cache = self._caches.pop(plane, None)
+        cache = self._caches[plane] = PlacedCache() if cache is None else cache
+        while len(self._caches) > PLANES:
+            del self._caches[next(iter(self._caches))]
+        return cache
+
     def keep_history(self) -> History[State]:
         """What :meth:`return_to` goes back to, whatever was begun since."""
         return self._history.copy()
@@ -197,7 +212,7 @@ class Editor:
 
     def fill(self) -> FilledNetwork:
         """Counts, fills and places for all patches of the state now; it keeps them."""
-        cache = self._caches.setdefault(self.state.plane, PlacedCache())
+        cache = self._cache_of(self.state.plane)
         found = fill_network(self.network, self.ground_now, self.source, self.sizes.edge, cache)
         self.adopt(self.network, found)
         return found

@@ -16,25 +16,27 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import count_places, list_places
 
 
-def describe_flaws(
-    before: Network, after: Network, ground: Ground, sizes: Sizes
-) -> tuple[str, ...]:
-    """What an edit left, in words with places: what was so before is not told again."""
+def describe_open_ends(before: Network, after: Network, sizes: Sizes) -> tuple[str, ...]:
+    """The open ends that an edit left, in words with places; () for none that is new."""
     ends = np.array([n.point for n in _list_new_ends(before, after)]).reshape(-1, 3)
-    told: list[str] = []
-    if len(ends):
-        told.append(
-            f"{count_places('an open end', 'open ends', ends)}: nothing to be joined to was within "
-            f"the snap radius of {sizes.snap:.3g}"
-        )
+    if not len(ends):
+        return ()
+    return (
+        f"{count_places('an open end', 'open ends', ends)}: nothing to be joined to was within "
+        f"the snap radius of {sizes.snap:.3g}",
+    )
+
+
+def describe_leaps(before: Network, after: Network, ground: Ground) -> tuple[str, ...]:
+    """Where an edit left curves that leave the surface, likewise."""
     leaps = find_new_leaps(before, after, ground)
-    if len(leaps):
-        what = "a curve leaves" if len(leaps) == 1 else "curves leave"
-        told.append(
-            f"{what} the surface {list_places(leaps)}, for another part of it: redraw it along the "
-            "surface, with points nearer to each other"
-        )
-    return tuple(told)
+    if not len(leaps):
+        return ()
+    what = "a curve leaves" if len(leaps) == 1 else "curves leave"
+    return (
+        f"{what} the surface {list_places(leaps)}, for another part of it: redraw it along the "
+        "surface, with points nearer to each other",
+    )
 
 
 def _list_new_ends(before: Network, after: Network) -> list[Node]:

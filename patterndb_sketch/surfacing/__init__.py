@@ -5,7 +5,8 @@ with files/, and joining/: how a network is read, and how drawn curves become on
 closed walks are patches; sampling: the vertices that patches share; methods: the ways to make a
 patch, one table; chords/, tessellation/ and quads/: what these ways are made of; fairing: patches
 that share normals; surfaces: the surface of a loop, of a network and of a growing sketch; patch:
-what comes of it; openings: what stays open.
+what comes of it; openings: what stays open; inking and edits: strokes on a surface as new curves,
+cycles switched on and off.
 
 After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sketching" (2013).
 """

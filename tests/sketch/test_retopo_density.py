@@ -351,3 +351,20 @@ def replaced(data: bytes, old: bytes, new: bytes) -> bytes:
                 content = content.replace(old, new, 1)
             made.writestr(name, content)
     return file.getvalue()
+
+
+@pytest.mark.parametrize("count", (3, 2_000))
+def test_a_long_stroke_is_as_strong_as_the_strongest_of_its_segments(count: int) -> None:
+    rng = np.random.default_rng(count)
+    way = np.cumsum(rng.normal(size=(61, 3)) * 0.05, axis=0)
+    normals = rng.normal(size=(60, 3))
+    whole = BrushStroke(way[:-1].copy(), way[1:].copy(), normals, 0.1, 2.0)
+    points, up = way[rng.integers(61, size=count)], rng.normal(size=(count, 3))
+    points = points + rng.normal(size=(count, 3)) * 0.05
+    alone = [
+        BrushStroke(way[k : k + 1].copy(), way[k + 1 : k + 2].copy(), normals[k : k + 1].copy(),
+                    0.1, 2.0).weigh(points, up)
+        for k in range(60)
+    ]  # fmt: skip
+    found = whole.weigh(points, up)
+    assert np.array_equal(found, np.max(alone, axis=0)) and 0.0 < found.max() <= 1.0

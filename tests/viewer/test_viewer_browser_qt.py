@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from events import Events, check_actions
+from PySide6.QtGui import QPalette
+from PySide6.QtWidgets import QCheckBox
 from test_viewer_browser import SOURCE
 from viewer_disks import expand
 
@@ -12,6 +14,8 @@ from viewer import BrowserState
 from viewer.browser import BrowserSaver
 from viewer.browser_state import PER_PAGE
 from viewer.browser_window import BrowserWindow
+from viewer.shell.application import is_dark, start_application, use_theme
+from viewer.shell.settings import ShellSettings
 
 
 def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
@@ -41,3 +45,20 @@ def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
         assert window.close(), "there is nothing to lose"
     finally:
         events.close()
+
+
+def test_an_empty_box_is_seen_in_a_dark_window(tmp_path: Path) -> None:
+    app = start_application(ShellSettings(tmp_path / "windows.ini"))
+    box = QCheckBox()
+    try:
+        for theme, dark in (("dark", True), ("light", False), ("dark", True)):
+            use_theme(app, theme)
+            app.processEvents()
+            box.ensurePolished()
+            inside, window = (
+                box.palette().color(role).lightness()
+                for role in (QPalette.ColorRole.Base, QPalette.ColorRole.Window)
+            )
+            assert is_dark(app) is dark and (inside > window + 40 if dark else inside > 240)
+    finally:
+        use_theme(app, "light")

@@ -10,8 +10,12 @@ from viewer_disks import ALL, SHARED, disk, expand, pattern, refined
 
 from patterndb.core.disk import Disk
 from patterndb.core.quadmesh import QuadMesh
-from viewer import embed_disk, find_flipped_quads
-from viewer.embedding import LONGEST_SIDE, make_outline
+from patterndb.geometry.embedding import (
+    LONGEST_SIDE,
+    embed_disk,
+    find_flipped_quads,
+    make_outline,
+)
 
 CATALOGUE = SHARED / "golden" / "disk_quadrangulations.dqs"
 

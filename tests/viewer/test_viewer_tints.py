@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from viewer_disks import ALL, disk, expand, pattern
 
+from patterndb.core.bundles import find_boundary_bundles, find_bundles
 from viewer.card import Card, collect_facts, format_count, format_valences
-from viewer.drawing import choose_tints, draw_disk, find_boundary_bundles, find_bundles
+from viewer.drawing import choose_tints, draw_disk
 
 REDUCED = ["one quad", "doublet", "two doublets", "triangle", "pentagon", "ring", "L", "plus"]
 

@@ -1,9 +1,10 @@
 """Feature curves on models: a window to draw them in, and pictures without one.
 
-Read :mod:`~viewer.features.edits` (curves and what they snap to), :mod:`~viewer.features.editing`
-(what is done to them), :mod:`~viewer.features.pointing`, :mod:`~viewer.features.state` (holds the
-editing, a camera and the pointer), then :mod:`~viewer.features.keys`,
-:mod:`~viewer.features.picture` and :mod:`~viewer.features.window`.
+Read :mod:`patterndb_sketch.features.edits` (curves and what they snap to),
+:mod:`~viewer.features.snapping`, :mod:`~viewer.features.editing` (what is done to them),
+:mod:`~viewer.features.pointing`, :mod:`~viewer.features.state` (holds the editing, a camera and the
+pointer), then :mod:`~viewer.features.keys`, :mod:`~viewer.features.picture` and
+:mod:`~viewer.features.window`.
 """
 
 from viewer.features.state import FeatureState

@@ -16,11 +16,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from patterndb_sketch.features.edits import DrawnCurve
 from viewer import style
 from viewer.card import format_count
 from viewer.commands import Command
-from viewer.features.edits import DrawnCurve, choose_curve_colour
 from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, name_axis
+from viewer.features.snapping import choose_curve_colour
 from viewer.features.state import FeatureState
 from viewer.shell.docks import Dock, SliderPanel, SliderRow, make_form
 from viewer.shell.window import ShellWindow

@@ -14,6 +14,14 @@ import numpy as np
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.system.history import History
+from patterndb_sketch.features.edits import (
+    CurveLook,
+    DrawnCurve,
+    FeatureEdits,
+    collect_session,
+    open_session_curves,
+    snap_curve,
+)
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.model import Model
@@ -21,16 +29,8 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED
-from viewer.features.edits import (
-    CurveLook,
-    DrawnCurve,
-    FeatureEdits,
-    SnapMaker,
-    collect_session,
-    open_session_curves,
-    snap_curve,
-)
 from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, replace_value
+from viewer.features.snapping import SnapMaker
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from patterndb_sketch.features.edits import DrawnCurve
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
-from viewer.features.edits import DrawnCurve
 from viewer.features.sliders import name_axis
 from viewer.features.state import FeatureState
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.features.edits import DrawnCurve
 from viewer import style
 from viewer.axes import draw_axes
-from viewer.features.edits import DrawnCurve, choose_curve_colour
 from viewer.features.pointing import PIN
 from viewer.features.sliders import name_axis
+from viewer.features.snapping import choose_curve_colour
 from viewer.features.state import FeatureState
 from viewer.picture import Drawn, Frame
 from viewer.skin import Shading

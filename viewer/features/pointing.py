@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb_sketch.features.drag import MatrixCamera
+from patterndb_sketch.features.edits import DrawnCurve
 from patterndb_sketch.features.model import Model
 from viewer.camera import View
-from viewer.features.edits import DrawnCurve
 from viewer.nearness import FEATURE_REACH, PIN_REACH
 
 Place = tuple[float, float]

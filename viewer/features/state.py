@@ -8,12 +8,13 @@ from typing import Literal
 import numpy as np
 
 from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
+from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
+from viewer.buttonpress import ButtonPress
 from viewer.camera import ModelCamera, ViewerState
 from viewer.features.editing import FeatureEditing, FeatureFiles
-from viewer.features.edits import DrawnCurve, FeatureEdits
 from viewer.features.pointing import (
     CurveUnderPointer,
     find_surface_point,
@@ -23,7 +24,7 @@ from viewer.features.pointing import (
     to_picture_place,
 )
 from viewer.features.sliders import get_slider_value, replace_value
-from viewer.nearness import CLICK, PIN_REACH
+from viewer.nearness import PIN_REACH
 from viewer.skin import Skin
 
 #: Seconds that each move of the pointer waits for what it changes: a pin follows it in any case.
@@ -60,7 +61,7 @@ class FeatureState(ViewerState[ModelCamera]):
         super().__init__(ModelCamera(model.points), self.editing)
         self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
-        self._pressed: tuple[float, float] | None = None
+        self._press = ButtonPress()
         self._drag: Drag | None = None
         self._before: FeatureEdits | None = None
         self._base: DrawnCurve | None = None
@@ -132,11 +133,11 @@ class FeatureState(ViewerState[ModelCamera]):
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
-        self.camera.pointer, self._pressed = (x, y), (x, y)
+        self.camera.pointer = (x, y)
+        self._press.begin((x, y), drags=turn)
         self.message = ""
         self._held = "view"
         if turn:
-            self._pressed = None
             return False
         under = self.under() if self.editing.clicks is None else None
         curve = None if under is None else self.editing.edits.find(under.key)
@@ -152,38 +153,35 @@ class FeatureState(ViewerState[ModelCamera]):
         last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._held is None or last is None:
             return before != (self.under(), self.closing)
-        if self._pressed is not None:
-            dx, dy = x - self._pressed[0], y - self._pressed[1]
-            if np.hypot(dx, dy) < CLICK:
-                return False
-            # What began as a click turns, or pulls, by all that it has moved.
-            last, self._pressed = self._pressed, None
+        begun = self._press.find_drag(last, (x, y))
+        if begun is None:
+            return False
         if self._held == "curve":
             self._pull(x, y)
         else:
-            self.camera.turn(x - last[0], y - last[1])
+            self.camera.turn(x - begun[0], y - begun[1])
         return True
 
     def release(self, x: float, y: float) -> bool:
         """The button comes up: what was dragged stays, or it was a click."""
-        held, pressed = self._held, self._pressed
+        held, clicked = self._held, self._press.end()
         drag, base = self._drag, self._base
-        self._held = self._pressed = self._drag = self._base = None
+        self._held = self._drag = self._base = None
         self.camera.pointer = (x, y)
-        if held == "curve" and base is not None and pressed is not None:
+        if held == "curve" and base is not None and clicked:
             self.editing.select(base.key)
         elif held == "curve":
             self._end_change()
             if drag is not None and drag.missed:
                 self.message = "the pointer left the model: the pin stays where it was last"
-        elif held == "click" and pressed is not None and self.closing:
+        elif held == "click" and clicked and self.closing:
             self.editing.close_curve()
-        elif held == "click" and pressed is not None:
+        elif held == "click" and clicked:
             self.editing.click(
                 find_surface_point(self.camera.view, self.editing.model, self.camera.room, x, y)
             )
         else:
-            return held == "view" and pressed is None
+            return held == "view" and not clicked
         return True
 
     def poll(self) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
 from patterndb_sketch.autosave import Autosave
+from patterndb_sketch.features.edits import FeatureEdits
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import (
@@ -20,7 +21,6 @@ from patterndb_sketch.features.sessionfile import (
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
 from viewer.facts import FactSheet
-from viewer.features.edits import FeatureEdits
 from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.picture import FeaturePainter
@@ -45,8 +45,8 @@ def show(
 
     title: of the window. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
-    :func:`viewer.features.edits.opened`. open_file: reads another model, on which curves are drawn
-    from then on. keys: pressed first, with spaces between. folder: for
+    :func:`patterndb_sketch.features.edits.open_session_curves`. open_file: reads another model, on
+    which curves are drawn from then on. keys: pressed first, with spaces between. folder: for
     what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError
@@ -69,22 +69,12 @@ def show(
         assert open_file is not None
         return make_saver(open_file(path), FeatureSession(path.name), None)
 
-    shown = make_saver(model, session, session_path)
-    discarded = False
-    try:
-        from viewer.features.docks import FeatureWindow
-        from viewer.shell.opening import open_window
+    from viewer.features.docks import FeatureWindow
+    from viewer.shell.opening import open_window
 
-        opener = None if open_file is None else open_another
-        # Closing asks what to do with work that is not saved; Ctrl-C does not, and keeps it.
-        last = open_window(shown, pressed, title or "Feature curves", FeatureWindow, opener)
-        assert isinstance(last, FeatureSaver)
-        shown, discarded = last, True
-    finally:
-        shown.state.settle()
-        shown.state.close()
-        shown.files.end(None if discarded else shown.state.editing.edits)
-    return shown.state
+    opener = None if open_file is None else open_another
+    shown = make_saver(model, session, session_path)
+    return open_window(shown, pressed, title or "Feature curves", FeatureWindow, opener).state
 
 
 def draw(
@@ -212,6 +202,14 @@ class FeatureSaver(saver.SessionSaver):
 
     def is_held(self) -> bool:
         return self.state.holding
+
+    def kept_work(self) -> FeatureEdits:
+        return self.state.editing.edits
+
+    def end(self, *, discarded: bool) -> None:
+        # A curve that is still being made would be left out of what is kept.
+        self.state.settle()
+        super().end(discarded=discarded)
 
     def would_lose(self) -> str:
         drawing = bool(self.state.editing.clicks)

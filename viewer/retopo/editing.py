@@ -458,10 +458,12 @@ class RetopoEditing:
         return True
 
     def _told(self, call: Call, outcome: Outcome) -> None:
+        # Open ends are seen as such, and every first curve of a patch has some.
+        notes = [note for note in outcome.notes if note not in outcome.ends]
         if outcome.refused is not None:
             self.message = outcome.refused
-        elif outcome.notes:
-            self.message = "; ".join(outcome.notes)
+        elif notes:
+            self.message = "; ".join(notes)
         elif not outcome.changed:
             self.message = f"{call.tool}: nothing changed"
         elif call.tool == "symmetry":

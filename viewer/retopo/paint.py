@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import EVEN, Density
 from viewer import style
 
@@ -27,20 +26,18 @@ def tint(colours: NDArray[np.float32], value: NDArray[np.float64]) -> NDArray[np
     return np.clip(colours + share * (paint * bright - colours), 0.0, 1.0).astype(np.float32)
 
 
-class GroundPaint:
-    """The density at the vertices of a ground; measured once for each."""
+class KeptDensity:
+    """The density at points, measured once for each density and each array of points."""
 
     def __init__(self) -> None:
         self._density: Density = EVEN
-        self._value: NDArray[np.float64] | None = None
+        self._points: Points | None = None
+        self._value = np.zeros(0)
 
-    def at_vertices(self, ground: Ground, density: Density) -> NDArray[np.float64]:
-        """(v,) of one ground, always the same."""
-        if self._value is None or self._density != density:
-            self._density, self._value = density, density.at(ground.vertices, ground.normals)
+    def at(self, density: Density, points: Points, normals: Points) -> NDArray[np.float64]:
+        """(...) the density at points (..., 3) with normals (..., 3)."""
+        if self._points is not points or self._density != density:
+            self._density, self._points = density, points
+            found = density.at(points.reshape(-1, 3), normals.reshape(-1, 3))
+            self._value = found.reshape(points.shape[:-1])
         return self._value
-
-
-def measure_corners(density: Density, corners: Points, normals: Points) -> NDArray[np.float64]:
-    """(t, 3) the density at corners (t, 3, 3) of triangles with normals (t, 3, 3)."""
-    return density.at(corners.reshape(-1, 3), normals.reshape(-1, 3)).reshape(corners.shape[:2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.fills import filling_of
@@ -68,9 +69,16 @@ def measure_lift(state: RetopoState) -> float:
 
 
 def draw_quads(
-    state: RetopoState, body: NetworkBody, stale: frozenset[int], lit: int | None
+    state: RetopoState,
+    body: NetworkBody,
+    stale: frozenset[int],
+    lit: int | None,
+    density: NDArray[np.float64] | None,
 ) -> list[Triangles]:
-    """Draw quads in the colours of their patches, their edges, and irregular vertices."""
+    """Draw quads in the colours of their patches, their edges, and irregular vertices.
+
+    density: (t, 3) at the corners of the body's triangles, None where it is not seen.
+    """
     view = state.camera.view
     gone = np.fromiter(stale, np.int64, len(stale))
     kept = ~np.isin(body.owner, gone)
@@ -89,9 +97,8 @@ def draw_quads(
         tint = np.where((body.owner[kept] == lit)[:, None], tint + LIGHTER * (1.0 - tint), tint)
     colours = np.minimum(bright / style.parse_colour(MATTE) * tint[:, None], 1.0)
     colours = colours.astype(np.float32)
-    if state.density_shown:
-        density = state.network.density
-        colours = paint.tint(colours, paint.measure_corners(density, corners, normals))
+    if density is not None:
+        colours = paint.tint(colours, density[kept])
     parts: list[Triangles] = [(seen, colours)]
     above = lift * view.scale + 0.8
     own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
@@ -149,7 +156,7 @@ class RetopoPainter:
         self._kept: list[Triangles] = []
         self._sunk: tuple[object, ...] = ()
         self._made = NOTHING
-        self._paint = paint.GroundPaint()
+        self._ground_paint, self._quad_paint = paint.KeptDensity(), paint.KeptDensity()
 
     def compose(
         self, state: RetopoState, width: float, height: float, *, axes: bool = False
@@ -194,8 +201,9 @@ class RetopoPainter:
                 beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
                 darker = np.where(beyond[..., None], np.float32(DARKER) * colours, colours)
             if painted:
-                value = self._paint.at_vertices(state.ground, density)[state.ground.triangles]
-                darker = paint.tint(darker, value)
+                ground = state.ground
+                value = self._ground_paint.at(density, ground.vertices, ground.normals)
+                darker = paint.tint(darker, value[ground.triangles])
             self._made = deeper, darker
         return self._made
 
@@ -215,7 +223,10 @@ class RetopoPainter:
             self._key = key
             parts: list[Triangles] = []
             if state.quads_shown and len(shown.body.owner):
-                parts += draw_quads(state, shown.body, shown.stale(), lit)
+                skin, density = shown.body.skin, None
+                if state.density_shown:
+                    density = self._quad_paint.at(state.network.density, skin.corners, skin.normals)
+                parts += draw_quads(state, shown.body, shown.stale(), lit, density)
             if state.curves_shown:
                 parts += _curves(state)
                 lift, through = measure_lift(state), _through(state)

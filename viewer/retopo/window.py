@@ -49,11 +49,8 @@ def show(
     keys: str = "",
     folder: Path | str = ".",
     window_size: tuple[int, int] = WINDOW,
-) -> Path | None:
+) -> None:
     """Retopologise a surface in a window, until it is closed.
-
-    Returns the recovery file where the window was closed with work that is in no session and no
-    script; the next window on the session, or in the folder, offers it.
 
     editor: with the surface, and what has been done before. title: of the window.
     session: where the session is saved; None for a new file in the folder. script: likewise
@@ -80,23 +77,11 @@ def show(
     files = RetopoWriter(folder, session, script, said, write_mesh, autosave)
     state = RetopoState(editor, files=files)
     state.message = files.find_lost(editor.ground)
-    discarded = False
-    try:
-        shell = RetopoSaver(state, files, window_size)
-        from viewer.retopo.docks import RetopoWindow
-        from viewer.shell.opening import open_window
+    from viewer.retopo.docks import RetopoWindow
+    from viewer.shell.opening import open_window
 
-        # Closing asks what to do with work that is not saved; Ctrl-C does not, and keeps it.
-        open_window(shell, pressed, title or "Retopology", RetopoWindow)
-        discarded = True
-    finally:
-        state.close()
-        state.editing.take()
-        if script is not None and state.editing.calls:
-            files.save_script(state.editing.calls)
-            discarded = True
-        kept = files.end(None if discarded else state.shown.state)
-    return kept
+    shell = RetopoSaver(state, files, window_size)
+    open_window(shell, pressed, title or "Retopology", RetopoWindow)
 
 
 def draw(
@@ -159,6 +144,7 @@ class RetopoWriter(SessionWriter[State, State]):
     ) -> None:
         super().__init__(folder, session, autosave)
         self._script, self._begun = script, begun
+        self._ends_with_script = script is not None
         self._write_mesh = write_mesh
 
     def find_lost(self, ground: Ground) -> str:
@@ -182,6 +168,14 @@ class RetopoWriter(SessionWriter[State, State]):
         write_session(path, RetopoSession(ground, state, Path(self._begun.surface).name))
         self.note_saved(state, path)
         return f"saved {path}"
+
+    def end_script(self, calls: tuple[Call, ...] | None) -> bool:
+        """At the end: write the script that was asked for, once; False if none was, or there is
+        nothing to write."""
+        wanted, self._ends_with_script = self._ends_with_script and bool(calls), False
+        if wanted:
+            self.save_script(calls or ())
+        return wanted
 
     def save_mesh(self, mesh: RetopoMesh) -> str:
         """Write the quads."""
@@ -239,6 +233,15 @@ class RetopoSaver(saver.SessionSaver):
 
     def is_held(self) -> bool:
         return self.state.tool.holding
+
+    def kept_work(self) -> State:
+        return self.state.shown.state
+
+    def end(self, *, discarded: bool) -> None:
+        self.state.close()
+        self.state.editing.take()
+        written = self.files.end_script(self.state.editing.calls)
+        super().end(discarded=discarded or written)
 
     def would_lose(self) -> str:
         if self.state.tool.holding:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from viewer.shapes.shaping import HOLD, SIGMAS, STIFF
+from patterndb_sketch.features.shapemodel.shaping import HOLD, SIGMAS, STIFF
 from viewer.shapes.state import ShapesState
 from viewer.shell.docks import Dock, SliderPanel, SliderRow
 from viewer.shell.window import ShellWindow

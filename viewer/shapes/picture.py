@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.features.shapemodel.shaping import ShapeLine
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
 from viewer.picture import Drawn, Frame
 from viewer.scene import HIGHLIGHT_LINE, Scene
 from viewer.shapes.sight import ShapeInView
-from viewer.shapes.skin import SkinLine
 from viewer.shapes.state import ShapesState
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons, turn_to_viewer
 
@@ -61,7 +61,7 @@ def compose_shape(state: ShapesState, width: float, height: float, caption: str 
     return frame.drawn(solid)
 
 
-def choose_line_colour(state: ShapesState, line: SkinLine) -> str:
+def choose_line_colour(state: ShapesState, line: ShapeLine) -> str:
     """Choose a curve's own colour, which says what part of the shape it belongs to."""
     return HELD if line.name in state.shaping.choice.held else PARTS[line.part % len(PARTS)]
 
@@ -71,7 +71,7 @@ def _parts(state: ShapesState) -> list[Triangles]:
     above = float(np.ptp(sight.seen[:, 2])) + 50.0
     parts: list[Triangles] = [NOTHING, _faces(sight)]
     if state.edges_shown:
-        parts.append(_bands(sight.seen[state.shaping.skin.edges], EDGE, EDGE_WIDTH, EDGE_LIFT))
+        parts.append(_bands(sight.seen[state.skin.edges], EDGE, EDGE_WIDTH, EDGE_LIFT))
     parts.append(_bands(sight.outline, OUTLINE, OUTLINE_WIDTH, OUTLINE_LIFT))
     if state.curves_shown:
         parts += _curves(state, sight)
@@ -109,7 +109,7 @@ def _curves(state: ShapesState, sight: ShapeInView) -> list[Triangles]:
     by_colour: dict[str, list[Points]] = {}
     pins: list[Points] = []
     parts: list[Triangles] = []
-    for number, line in enumerate(state.shaping.skin.lines):
+    for number, line in enumerate(state.skin.lines):
         seen = sight.lines[number]
         colour = choose_line_colour(state, line)
         if number == hot:

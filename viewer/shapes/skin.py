@@ -9,37 +9,13 @@ from scipy.sparse import csr_array
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Template
-from patterndb_sketch.features.registration.template import MIRROR, Mirroring
 from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.shapemodel.shaping import ShapeLine, list_shape_lines
 
 #: Cosines of the angles between two faces from which on they are shaded as one smooth surface,
 #: and up to which there is a crease between them: 30 and 45 degrees. Between, a bit of both.
 SMOOTH, CREASED = np.cos(np.radians(30.0)), np.cos(np.radians(45.0))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SkinLine:
-    """A feature curve as it is seen and grabbed.
-
-    name: of the feature. vertices: (n,) of the whole shape. part: number of the template's part.
-    mirrored: is it the mirror image of the feature, so that pulls are mirrored, too?
-    """
-
-    name: str
-    vertices: Int64Array
-    part: int
-    mirrored: bool
-
-    @property
-    def title(self) -> str:
-        """The name as people read it."""
-        return self.name.replace("_", " ")
-
-    def pull(self, offset: Points) -> Points:
-        """(3,) what the feature is moved by where this line is moved by an offset (3,)."""
-        return offset * MIRROR if self.mirrored else offset
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,7 +34,7 @@ class ShapeSkin:
     corners: Int64Array
     edges: Int64Array
     beside: Int64Array
-    lines: tuple[SkinLine, ...]
+    lines: tuple[ShapeLine, ...]
     _alike: tuple[Int64Array, Int64Array]
 
     @classmethod
@@ -67,16 +43,9 @@ class ShapeSkin:
 
         Raises InvalidFeatureError if it is another template.
         """
-        mirroring = Mirroring.of(template)
-        if not np.array_equal(mirroring.quads, shapes.quads):
-            raise InvalidFeatureError(
-                f"the shape model's {len(shapes.quads)} quads are not those of the template "
-                f"{template.name}; give the one that its shapes were laid with"
-                + (f", {shapes.template}" if shapes.template else "")
-            )
+        lines = list_shape_lines(shapes, template)
         quads = np.asarray(shapes.quads, np.int64)
         edges, beside = _edges(quads)
-        lines = _lines(shapes, template, mirroring)
         corners = _corners(len(quads), len(template.quads))
         alike = _alike(quads, len(shapes.mean))
         return cls(len(shapes.mean), quads, corners, edges, beside, lines, alike)
@@ -164,21 +133,3 @@ def _alike(quads: Int64Array, n_vertices: int) -> tuple[Int64Array, Int64Array]:
     at = csr_array((np.ones(n, np.int8), (quads.ravel(), np.arange(n))), (n_vertices, n))
     one, other = (at.T @ at).tocoo().coords
     return one.astype(np.int64), other.astype(np.int64)
-
-
-def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tuple[SkinLine, ...]:
-    twin = np.arange(len(mirroring.source))
-    images = np.flatnonzero(mirroring.image)
-    twin[images] = mirroring.source[images]
-    twin[mirroring.source[images]] = images
-    own: list[SkinLine] = []
-    mirrored: list[SkinLine] = []
-    for feature in shapes.features:
-        vertices = np.asarray(feature.vertices, np.int64)
-        part = int(template.of_part[mirroring.source[vertices[0]]])
-        own.append(SkinLine(feature.name, vertices, part, False))
-        # One in the middle plane is its own image.
-        image = twin[vertices]
-        if not np.array_equal(image, vertices):
-            mirrored.append(SkinLine(feature.name, image, part, True))
-    return (*own, *mirrored)

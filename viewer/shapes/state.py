@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import replace
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.shapemodel.shaping import ShapeChoice, ShapeLine, Shaping
+from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, View, ViewerState, fit_view
-from viewer.nearness import CLICK, SHAPE_CURVE_REACH
-from viewer.shapes.shaping import Shaping
+from viewer.nearness import SHAPE_CURVE_REACH
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
-from viewer.shapes.skin import SkinLine
+from viewer.shapes.skin import ShapeSkin
 
 #: From where shapes are looked at, and what is upright: at first, along x, y and z. Cars drive
 #: towards smaller x; those of the templates are left halves, at smaller y.
@@ -51,10 +51,10 @@ class ShapesCamera(Camera):
 class ShapesState(ViewerState[ShapesCamera]):
     """A shape model, the shape that is shown, and how it is looked at.
 
-    The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
-    along x, y or z, None where they go in the plane of the screen. bending: is one vertex pulled
-    rather than the whole curve? curves_shown, edges_shown: are the curves, the edges of faces
-    shown? chosen: the mode that arrow keys change.
+    The arguments are those of :class:`patterndb_sketch.features.shapemodel.shaping.Shaping`. axis:
+    0 to 2 where pulls go along x, y or z, None where they go in the plane of the screen. bending:
+    is one vertex pulled rather than the whole curve? curves_shown, edges_shown: are the curves, the
+    edges of faces shown? chosen: the mode that arrow keys change.
     """
 
     def __init__(
@@ -66,6 +66,7 @@ class ShapesState(ViewerState[ShapesCamera]):
     ) -> None:
         #: The shape that is being made.
         self.shaping = Shaping(shapes, template, coefficients, held)
+        self.skin = ShapeSkin.of(shapes, template)
         super().__init__(ShapesCamera(shapes.mean), self.shaping)
         self.curves_shown = True
         self.edges_shown = False
@@ -74,7 +75,7 @@ class ShapesState(ViewerState[ShapesCamera]):
         self.bending = False
         self._drag: Grab | None = None
         self._turning = False
-        self._pressed: tuple[float, float] | None = None
+        self._press = ButtonPress()
         self._sight: ShapeInView | None = None
         self._ghost_sight: ShapeInView | None = None
 
@@ -86,7 +87,7 @@ class ShapesState(ViewerState[ShapesCamera]):
             self.shaping.points, self.camera.view, self.camera.room
         ):
             known = self._sight = ShapeInView(
-                self.shaping.skin, self.shaping.points, self.camera.view, self.camera.room
+                self.skin, self.shaping.points, self.camera.view, self.camera.room
             )
         return known
 
@@ -100,7 +101,7 @@ class ShapesState(ViewerState[ShapesCamera]):
         known = self._ghost_sight
         if known is None or not known.is_of(points, self.camera.view, self.camera.room):
             known = self._ghost_sight = ShapeInView(
-                self.shaping.skin, points, self.camera.view, self.camera.room
+                self.skin, points, self.camera.view, self.camera.room
             )
         return known
 
@@ -112,12 +113,13 @@ class ShapesState(ViewerState[ShapesCamera]):
     @property
     def grabbed(self) -> int | None:
         """The number of the curve that is being pulled."""
-        return self._drag.line if self._drag is not None and self._pressed is None else None
+        pulled = self._drag is not None and not self._press.may_be_click
+        return self._drag.line if self._drag is not None and pulled else None
 
-    def under(self) -> SkinLine | None:
+    def under(self) -> ShapeLine | None:
         """The curve in hand, or else the one at the pointer."""
         number = self.line_under()
-        return None if number is None else self.shaping.skin.lines[number]
+        return None if number is None else self.skin.lines[number]
 
     def line_under(self) -> int | None:
         """Its number."""
@@ -127,6 +129,10 @@ class ShapesState(ViewerState[ShapesCamera]):
             return None
         near = self.sight.nearest(*self.camera.pointer, SHAPE_CURVE_REACH)
         return None if near is None else near.line
+
+    def take_work(self, work: ShapeChoice) -> None:
+        self.leave()
+        self.shaping.take(work)
 
     # What keys do, see viewer.shapes.commands
 
@@ -152,7 +158,8 @@ class ShapesState(ViewerState[ShapesCamera]):
         """Let go of what is dragged, as if it had not been; False if there is nothing."""
         if self._drag is None:
             return False
-        self._drag = self._pressed = None
+        self._drag = None
+        self._press.end()
         self.shaping.drop()
         return True
 
@@ -163,11 +170,10 @@ class ShapesState(ViewerState[ShapesCamera]):
         self.camera.pointer = (x, y)
         if self._drag is not None or self._turning:
             return False
-        if turn:
-            self._turning, self._pressed = True, None
-            return False
-        near = self.sight.nearest(x, y, SHAPE_CURVE_REACH) if self.curves_shown else None
-        self._pressed = (x, y)
+        self._press.begin((x, y), drags=turn)
+        near = None
+        if self.curves_shown and not turn:
+            near = self.sight.nearest(x, y, SHAPE_CURVE_REACH)
         if near is None:
             self._turning = True
             return False
@@ -179,30 +185,27 @@ class ShapesState(ViewerState[ShapesCamera]):
         """The pointer moves; True if that changes the picture."""
         before = self.line_under()
         last, self.camera.pointer = self.camera.pointer, (x, y)
-        if self._pressed is not None:
-            if np.hypot(x - self._pressed[0], y - self._pressed[1]) < CLICK:
-                return False
-            # What began as a click turns or pulls by all that it has moved.
-            last, self._pressed = self._pressed, None
+        if last is None or not (self.dragging or self._turning):
+            return before != self.line_under()
+        begun = self._press.find_drag(last, (x, y))
+        if begun is None:
+            return False
         if self._drag is not None:
             self._pull(self._drag)
-        elif self._turning and last is not None:
-            self.camera.turn(x - last[0], y - last[1])
         else:
-            return before != self.line_under()
+            self.camera.turn(x - begun[0], y - begun[1])
         return True
 
     def release(self, x: float, y: float) -> bool:
         """The button goes up: a drag ends, or it was a click, which holds a curve."""
         self.camera.pointer = (x, y)
-        drag, clicked = self._drag, self._pressed is not None
-        self._drag = self._pressed = None
-        self._turning = False
+        drag, clicked = self._drag, self._press.end()
+        self._drag, self._turning = None, False
         if drag is None:
             return False
         self.shaping.finish()
         if clicked:
-            self.shaping.toggle_held(self.shaping.skin.lines[drag.line].name)
+            self.shaping.toggle_held(self.skin.lines[drag.line].name)
         return True
 
     def wheel(self, steps: float) -> bool:
@@ -222,7 +225,7 @@ class ShapesState(ViewerState[ShapesCamera]):
 
     def _again(self) -> None:
         """The pull that goes on, after what it depends on has changed."""
-        if self._drag is not None and self._pressed is None:
+        if self._drag is not None and not self._press.may_be_click:
             self._pull(self._drag)
 
     def _pull(self, grab: Grab) -> None:
@@ -233,9 +236,7 @@ class ShapesState(ViewerState[ShapesCamera]):
             assert self.axis is not None
             self.message = f"{'xyz'[self.axis]} points at you: turn the view to pull along it"
             return
-        self.shaping.pull(
-            self.shaping.skin.lines[grab.line], offset, grab.place if self.bending else None
-        )
+        self.shaping.pull(self.skin.lines[grab.line], offset, grab.place if self.bending else None)
 
     def choose_mode(self, by: int) -> None:
         """The next mode, or the one before, for the arrow keys."""

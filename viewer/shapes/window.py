@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from importlib import import_module
 from pathlib import Path
+from threading import Thread
 from typing import Any
 
 from numpy.typing import ArrayLike
 
+from patterndb.system.documents import JsonValue
 from patterndb.system.files import replace_file
 from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.shapemodel.shaping import ChoiceEntries, ShapeChoice, Shaping
+from patterndb_sketch.workfile import digest_arrays
 from viewer import saver
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
-from viewer.sessions import find_free_name
+from viewer.sessions import WorkForm, WorkKeeper, find_free_name
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
-from viewer.shapes.shaping import Shaping
 from viewer.shapes.state import ShapesState
 
 
@@ -35,7 +39,7 @@ def write_shape(path: Path, shaping: Shaping) -> None:
         f"a shape of a model of {len(shaping.shapes.names)} shapes",
         f"modes in standard deviations: {sigmas}",
     )
-    replace_file(path, format_obj(shaping.points, shaping.skin.quads.tolist(), comments=comments))
+    replace_file(path, format_obj(shaping.points, shaping.shapes.quads.tolist(), comments=comments))
 
 
 def show(
@@ -67,6 +71,9 @@ def show(
     check_display()
     state = ShapesState(shapes, template, coefficients, held)
     shell = ShapesSaver(state, output, window_size)
+    shell.watch()
+    # Random shapes need it; imported with the first of them it stops the window for a second.
+    Thread(target=import_module, args=("scipy.stats",), daemon=True).start()
     from viewer.shapes.docks import ShapesWindow
     from viewer.shell.opening import open_window
 
@@ -112,6 +119,25 @@ class ShapesSaver(saver.Saver):
         super().__init__(state, KEYS, size)
         self._output = output
 
+    def watch(self) -> None:
+        """Keep the shape from now on in case of a crash, beside the output, and read what one
+        left."""
+        shapes = self.state.shaping.shapes
+        of = digest_arrays(shapes.mean, shapes.deviations, shapes.quads)
+        folder = Path() if self._output is None else self._output.parent
+
+        def read(document: JsonValue) -> ShapeChoice:
+            found = document.read(ChoiceEntries).choice()
+            if len(found.coefficients) != shapes.n_modes:
+                document.fail(f"a shape of this model has {shapes.n_modes} coefficients")
+            return found
+
+        form = WorkForm(self.kind, ShapeChoice.document, read, ShapeChoice.is_like)
+        self.keep_by(WorkKeeper(form, of, self.kept_work(), folder))
+
+    def kept_work(self) -> ShapeChoice:
+        return self.state.shaping.choice
+
     def draw_live(self, width: float, height: float) -> Drawn:
         return compose_shape(self.state, width, height)
 
@@ -151,6 +177,7 @@ class ShapesSaver(saver.Saver):
         """Write the shape to a file."""
         write_shape(path, self.state.shaping)
         self.state.shaping.mark_saved()
+        self.note_saved()
         return f"saved {path}"
 
     def _object_path(self) -> Path:

@@ -52,6 +52,9 @@ DARK = {
 }
 DARK_DISABLED = "#7a8089"
 
+#: The inside of a box that can be checked, in a dark window.
+DARK_BOX = "#5d646f"
+
 SCHEMES = {
     "system": Qt.ColorScheme.Unknown,
     "light": Qt.ColorScheme.Light,
@@ -96,6 +99,12 @@ def use_theme(app: QApplication, theme: str) -> None:
     elif is_dark(app) is not (theme == "dark"):
         # A bare X11 knows no schemes: the wish comes to nothing there.
         app.setPalette(make_dark_palette() if theme == "dark" else app.style().standardPalette())
+    boxes = QPalette()
+    if is_dark(app):
+        # The style draws the rim of a box darker than the window: an empty one would not be seen.
+        boxes.setColor(Role.Base, QColor(DARK_BOX))
+    # PySide takes text, whatever its stubs say.
+    app.setPalette(boxes, "QCheckBox")  # pyright: ignore[reportArgumentType]
 
 
 def make_dark_palette() -> QPalette:

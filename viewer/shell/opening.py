@@ -27,18 +27,25 @@ def open_window(
     opened. kind: of window. opener: as for :class:`viewer.shell.window.ShellWindow`. settings:
     the user's by default.
 
-    Returns the saver of what was shown last. Raises KeyboardInterrupt after Ctrl-C.
+    Returns the saver of what was shown last, which has ended. Raises KeyboardInterrupt after
+    Ctrl-C.
     """
-    if saver.play(pressed) is Effect.QUIT:
-        return saver
-    settings = ShellSettings() if settings is None else settings
-    app = start_application(settings)
-    window = kind(saver, title, settings, opener)
-    window.show()
-    window.picture.setFocus()
-    QTimer.singleShot(0, window.offer_lost_work)
+    # Closing asks what to do with work that is not saved; Ctrl-C does not, and keeps it.
+    asked = False
     try:
-        run_application(app, window)
+        if saver.play(pressed) is not Effect.QUIT:
+            settings = ShellSettings() if settings is None else settings
+            app = start_application(settings)
+            window = kind(saver, title, settings, opener)
+            window.show()
+            window.picture.setFocus()
+            QTimer.singleShot(0, window.offer_lost_work)
+            try:
+                run_application(app, window)
+            finally:
+                saver = window.saver
+                window.deleteLater()
+        asked = True
     finally:
-        window.deleteLater()
-    return window.saver
+        saver.end(discarded=asked)
+    return saver

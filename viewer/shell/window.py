@@ -235,7 +235,9 @@ class ShellWindow(QMainWindow):
         self._tell()
 
     def _poll(self) -> None:
-        if self.state.poll():
+        said = self.state.message
+        self.saver.keep()
+        if self.state.poll() or self.state.message != said:
             self.show_change()
 
     # Commands

@@ -10,7 +10,6 @@ import numpy as np
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import Cycle
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
 from patterndb_sketch.surfacing.tessellation import Canvas
 from viewer.style import TINTS
@@ -76,10 +75,6 @@ def find_neighbours(pieces: Sequence[Int64Array]) -> list[set[int]]:
     return beside
 
 
-#: A cycle's key: what two cycles that differ in start and sense only have in common.
-Key = tuple[tuple[int, bool], ...]
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceBody:
     """All patches of a surface.
@@ -134,13 +129,6 @@ class SurfaceBody:
             return None
         centres = self.corners[mine].mean(axis=1)
         return centres[np.linalg.norm(centres - centres.mean(axis=0), axis=1).argmin()]
-
-
-def renumber_cycle(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
-    """Renumber the curves of a cycle; None if one of them has no other number."""
-    if not all(curve in number for curve in cycle.curves):
-        return None
-    return Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
 
 
 def _edges(pieces: list[Int64Array]) -> Int64Array:

@@ -9,11 +9,12 @@ from dataclasses import dataclass, field, replace
 
 from patterndb.store import Database
 from patterndb.system.compiling import read_work_clock
+from patterndb_sketch.surfacing.edits import Key, renumber_cycle
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.openings import Openings, find_openings
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
-from viewer.surfacing.body import Key, SurfaceBody, renumber_cycle
+from viewer.surfacing.body import SurfaceBody
 
 # How cycles are found where a network brings none.
 
@@ -59,8 +60,8 @@ class Wish:
     def here(self, cycles: Sequence[Cycle]) -> list[Cycle]:
         """Those cycles of the whole drawing that the network has, by its own numbers."""
         number = {name: i for i, name in enumerate(self.numbers)}
-        find_network_cycles = [renumber_cycle(cycle, number) for cycle in cycles]
-        return [cycle for cycle in find_network_cycles if cycle is not None]
+        found = [renumber_cycle(cycle, number) for cycle in cycles]
+        return [cycle for cycle in found if cycle is not None]
 
     def whole(self, cycle: Cycle) -> Cycle:
         """A cycle of the network by the numbers of the whole drawing."""

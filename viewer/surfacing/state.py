@@ -12,15 +12,18 @@ from numpy.typing import ArrayLike
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.store import Database
+from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
+from patterndb_sketch.surfacing.files.editsjson import LooseStroke, SurfacingWork
+from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
+from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, ViewerState
-from viewer.nearness import CLICK, RING_REACH, STROKE_END_REACH
+from viewer.nearness import RING_REACH, STROKE_END_REACH
 from viewer.slider import Slider
 from viewer.surfacing.body import SurfaceBody
-from viewer.surfacing.edits import SurfacingEdits, choose_next_method
-from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray, find_snaps
+from viewer.surfacing.ink import StrokePointer, cast_ray
 from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.surfaces import Surfaces
 
@@ -81,11 +84,12 @@ class SurfacingState(ViewerState[Camera]):
         self.drawing_mode = False
         self._quill = StrokePointer()
         self._drag: Drag | None = None
-        self._pressed: tuple[float, float] | None = None
+        self._press = ButtonPress()
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
         self.openings_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
         self._saved: SurfacingEdits = first
+        self._loose: tuple[LooseStroke, ...] = ()
 
     @property
     def ink(self) -> InkedStroke | None:
@@ -100,9 +104,26 @@ class SurfacingState(ViewerState[Camera]):
         ink = self.ink or next(reversed(self.surfaces.edits.inks), None)
         return [] if ink is None else find_snaps(ink, STROKE_END_REACH / self.camera.view.scale)
 
+    def take_work(self, work: SurfacingWork) -> None:
+        self.leave()
+        self.surfaces.settings = replace(self.surfaces.settings, alpha=work.alpha, fair=work.fair)
+        self._loose = work.strokes
+        self._edit(work.edits)
+        self.edges_shown = METHODS[work.edits.method].makes_quads
+
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
-        return self.surfaces.poll()
+        return self.surfaces.poll() | self._lay_loose()
+
+    def _lay_loose(self) -> bool:
+        """Lay the strokes that were kept on their surface, once that is made; was it done?"""
+        made = self.surfaces.made
+        if not self._loose or self.surfaces.making or made is None or made.surfacing is None:
+            return False
+        loose, self._loose = self._loose, ()
+        laid = [ink for one in loose if (ink := one.lay_on(made.surfacing)) is not None]
+        self.steps.settle(replace(self.surfaces.edits, inks=tuple(laid)))
+        return True
 
     def settle(self) -> None:
         """Wait for the surface that was asked for; raises what making it raised."""
@@ -180,15 +201,11 @@ class SurfacingState(ViewerState[Camera]):
         last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._drag == "stroke":
             self._quill.extend(self.camera.view, x, y, self._far())
-        elif self._drag == "view" and last is not None and self._pressed is None:
-            self.camera.turn(x - last[0], y - last[1])
-        elif self._drag == "view" and self._pressed is not None:
-            dx, dy = x - self._pressed[0], y - self._pressed[1]
-            if np.hypot(dx, dy) < CLICK:
+        elif self._drag == "view" and last is not None:
+            begun = self._press.find_drag(last, (x, y))
+            if begun is None:
                 return False
-            # What began as a click turns the view by all that it has moved.
-            self._pressed = None
-            self.camera.turn(dx, dy)
+            self.camera.turn(x - begun[0], y - begun[1])
         else:
             return before != self.under()
         return True
@@ -197,25 +214,21 @@ class SurfacingState(ViewerState[Camera]):
         """A button goes down. turn: it is the one that always turns the view."""
         self.camera.pointer = (x, y)
         self.message = ""
-        if turn:
-            self._drag, self._pressed = "view", None
-            return False
-        if self.drawing_mode:
-            self._drag = "stroke"
+        drawn = self.drawing_mode and not turn
+        self._press.begin((x, y), drags=turn or drawn)
+        self._drag = "stroke" if drawn else "view"
+        if drawn:
             self._quill.extend(self.camera.view, x, y, self._far())
-            return True
-        self._drag, self._pressed = "view", (x, y)
-        return False
+        return drawn
 
     def release(self, x: float, y: float) -> bool:
         """The button goes up: a drag ends, or it was a click."""
-        drag, pressed = self._drag, self._pressed
-        self._drag = self._pressed = None
+        drag, self._drag, clicked = self._drag, None, self._press.end()
         if drag == "stroke":
             self._quill.extend(self.camera.view, x, y, self._far())
             self._end_stroke()
             return True
-        if drag == "view" and pressed is not None:
+        if drag == "view" and clicked:
             if self.under() is None:
                 return False
             self.toggle_patch()

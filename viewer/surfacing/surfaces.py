@@ -15,6 +15,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb.system.history import History
+from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.openings import Openings
@@ -26,7 +27,6 @@ from patterndb_sketch.surfacing.sampling import (
 )
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.surfacing.body import SurfaceBody
-from viewer.surfacing.edits import SurfacingEdits
 from viewer.surfacing.maker import Find, Made, SurfaceMaker, Wish
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from patterndb_sketch.surfacing.files.editsjson import SurfacingWork
 from patterndb_sketch.surfacing.patch import Surfacing
+from patterndb_sketch.workfile import digest_arrays
 from viewer import saver
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
-from viewer.sessions import find_free_name
+from viewer.sessions import WorkForm, WorkKeeper, find_free_name
 from viewer.surfacing.commands import COMMANDS, KEYS
 from viewer.surfacing.picture import DRAWING_HINT, LOOKING_HINT, compose_surface, describe_surface
 from viewer.surfacing.state import SurfacingState
@@ -50,7 +52,9 @@ def show(
         from viewer.surfacing.docks import SurfacingWindow
 
         def make_saver(shown: SurfacingState) -> SurfacingSaver:
-            return SurfacingSaver(shown, Path(folder), write_obj, window_size)
+            made = SurfacingSaver(shown, Path(folder), write_obj, window_size)
+            made.watch()
+            return made
 
         opener = None if open_file is None else lambda path: make_saver(open_file(path))
         state = open_window(make_saver(state), pressed, "Surface", SurfacingWindow, opener).state
@@ -106,6 +110,19 @@ class SurfacingSaver(saver.Saver):
         self._folder = folder
         self._write_obj = write_obj
 
+    def watch(self) -> None:
+        """Keep what is edited from now on in case of a crash, and read what one left."""
+        network = self.state.surfaces.edits.drawing.network
+        of = digest_arrays(network.nodes, *(curve.points for curve in network.curves))
+        form = WorkForm(
+            self.kind, SurfacingWork.document, SurfacingWork.of_document, SurfacingWork.is_like
+        )
+        self.keep_by(WorkKeeper(form, of, self.kept_work(), self._folder))
+
+    def kept_work(self) -> SurfacingWork:
+        settings = self.state.surfaces.settings
+        return SurfacingWork(self.state.surfaces.edits, settings.alpha, settings.fair)
+
     def draw_live(self, width: float, height: float) -> Drawn:
         return compose_surface(self.state, width, height)
 
@@ -115,7 +132,11 @@ class SurfacingSaver(saver.Saver):
     def first_hint(self) -> str:
         surfaces = self.state.surfaces
         empty = not (surfaces.patches or surfaces.making or surfaces.trouble)
-        return "There is no patch: no curves close a cycle at this stage." if empty else ""
+        if not empty:
+            return ""
+        if surfaces.off:
+            return "All patches are off: click a ring, or press A for all of them."
+        return "There is no patch: no curves close a cycle at this stage."
 
     def hint(self) -> str:
         return DRAWING_HINT if self.state.drawing_mode else LOOKING_HINT
@@ -142,6 +163,7 @@ class SurfacingSaver(saver.Saver):
             return "surfaces cannot be saved here: no way to write them was given"
         self._write_obj(path, made.surfacing)
         self.state.mark_saved()
+        self.note_saved()
         return f"saved {path}"
 
     def _object_path(self) -> Path:

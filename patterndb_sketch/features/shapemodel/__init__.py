@@ -1,6 +1,6 @@
 """Statistical shape models: principal components of registered shapes, edited by their curves.
 
-Read model, then edit.
+Read model, then edit, and shaping (a shape while it is made: pulls, what is held, the way back).
 """
 
 from patterndb_sketch.features.shapemodel.edit import ShapeEdit, edit, pull_feature

@@ -25,6 +25,10 @@ STEP = 0.25
 #: ... but a segment is parted into so many at most.
 MOST_STEPS = 256
 
+#: Segments of a stroke that are measured from at once, where there are more pairs of a point and a
+#: segment than these.
+PIECE, FEW = 8, 10_000
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BrushStroke:
@@ -75,15 +79,32 @@ class BrushStroke:
 
     def weigh(self, points: Points, normals: Points) -> NDArray[np.float64]:
         """(n,) its effect at points (n, 3) with normals: 1 on its line, 0 from the radius on."""
-        along = self.ends - self.starts
+        away = np.full(len(points), math.inf)
+        # Few points are measured from all of it sooner than sorted out.
+        size = PIECE if len(points) * len(self.starts) > FEW else len(self.starts)
+        for first in range(0, len(self.starts), size):
+            piece = slice(first, first + size)
+            # A long stroke passes most points far off.
+            both = np.concatenate([self.starts[piece], self.ends[piece]])
+            low, high = both.min(axis=0) - self.radius, both.max(axis=0) + self.radius
+            near = np.flatnonzero(((points >= low) & (points <= high)).all(axis=1))
+            if len(near):
+                there = self._measure_from(points[near], normals[near], piece)
+                away[near] = np.minimum(away[near], there)
+        t = np.minimum(away / self.radius, 1.0)
+        return 1.0 - t * t * (3.0 - 2.0 * t)
+
+    def _measure_from(self, points: Points, normals: Points, piece: slice) -> NDArray[np.float64]:
+        """(n,) how far points are from some segments; infinitely on the far side of a sheet."""
+        starts = self.starts[piece]
+        along = self.ends[piece] - starts
         size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
-        from_start = points[:, None] - self.starts
+        from_start = points[:, None] - starts
         share = np.clip(np.einsum("nsc,sc->ns", from_start, along) / size, 0.0, 1.0)
         off = from_start - share[..., None] * along
         away = np.sqrt(np.einsum("nsc,nsc->ns", off, off))
-        away[normals @ self.normals.T <= 0.0] = math.inf
-        t = np.minimum(away.min(axis=1) / self.radius, 1.0)
-        return 1.0 - t * t * (3.0 - 2.0 * t)
+        away[normals @ self.normals[piece].T <= 0.0] = math.inf
+        return away.min(axis=1)
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,7 @@ def find_rail(shown: Shown) -> np.ndarray:
     """Find where a curve of the car is seen."""
     return np.array(shown.until(
         "(lambda s: s[len(s) // 2, :2].tolist())(state.sight.lines[[line.name for line in "
-        "state.shaping.skin.lines].index('roof_rail')])"
+        "state.skin.lines].index('roof_rail')])"
     ))  # fmt: skip
 
 

@@ -149,6 +149,43 @@ def keep_retopo(folder: Path) -> None:
     window.show(Editor(sheet(), starter()), title="sheet.obj", keys="3", folder=folder)
 
 
+def keep_soon() -> None:
+    """Have work that is in no session kept as soon as it changes."""
+    from viewer import sessions
+
+    sessions.Autosave = partial(sessions.Autosave, every=SOON)  # type: ignore[misc, assignment]
+
+
+def keep_explorer(folder: Path) -> None:
+    """Show the window of fills as the command line does, until it is closed."""
+    from viewer.explore import explore
+
+    keep_soon()
+    explore(starter(), write_obj=lambda path, *_: path.write_text("fill"), folder=folder)
+
+
+def keep_surface(folder: Path) -> None:
+    """Show the window of surfaces as the command line does, until it is closed."""
+    from domes import FROM_ABOVE, Finder, growing_dome
+
+    from viewer.surfacing.state import SurfacingState
+    from viewer.surfacing.window import show
+
+    keep_soon()
+    state = SurfacingState(growing_dome(), find=Finder(), **FROM_ABOVE)
+    show(state, write_obj=lambda path, _: path.write_text("surface"), folder=folder)
+
+
+def keep_shapes(folder: Path) -> None:
+    """Show the window of shape models as the command line does, until it is closed."""
+    from shape_cases import car_shapes, car_template
+
+    from viewer.shapes.window import show
+
+    keep_soon()
+    show(car_shapes(), car_template(), title="cars", output=folder / "car.obj")
+
+
 def keep_features(folder: Path) -> None:
     """Show the window of feature curves as the command line does, until it is closed."""
     from tents import tent
@@ -165,4 +202,10 @@ def keep_features(folder: Path) -> None:
 
 
 #: What shows each of those that keep what is not saved in case of a crash.
-KEEPERS: dict[str, Callable[[Path], None]] = {"retopo": keep_retopo, "features": keep_features}
+KEEPERS: dict[str, Callable[[Path], None]] = {
+    "retopo": keep_retopo,
+    "features": keep_features,
+    "explore": keep_explorer,
+    "surface": keep_surface,
+    "shape-model": keep_shapes,
+}

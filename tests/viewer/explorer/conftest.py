@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from domed import DOME, opened
 
+from query.contour import make_flat_boundary
 from viewer.camera import View
-from viewer.contour import make_flat_boundary
 from viewer.explorer_state import ExplorerState
 
 

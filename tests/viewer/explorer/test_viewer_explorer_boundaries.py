@@ -8,8 +8,9 @@ from domed import DOME, click, keys
 
 from patterndb.errors import NotFoundError
 from query import Boundary
-from viewer.contour import Contour, PointerMode, make_flat_boundary
+from query.contour import Contour, make_flat_boundary
 from viewer.explorer_state import ExplorerState
+from viewer.pointerstroke import PointerMode
 
 
 @pytest.mark.parametrize(

@@ -13,14 +13,15 @@ from hypothesis import strategies as st
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
 from query import Stroke, fills
+from query.contour import make_flat_boundary
 from query.identity import hash_fill
 from query.listing.orders import ORDERS
 from query.placing import find_strand
-from viewer.contour import PointerMode, make_flat_boundary
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ExplorerState
 from viewer.finder import VARIANTS
+from viewer.pointerstroke import PointerMode
 
 
 def test_the_fills_are_the_library_s(state: ExplorerState) -> None:

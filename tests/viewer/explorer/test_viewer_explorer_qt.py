@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from domed import DOME, opened
 from events import Events, answer, check_actions, check_looking
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtCore import QEvent
+from PySide6.QtWidgets import QApplication, QMessageBox
 
 from query import Fill
+from query.contour import make_flat_boundary
 from viewer.camera import View
-from viewer.contour import make_flat_boundary
 from viewer.explore import ExplorerSaver
 from viewer.explorer_state import ExplorerState
 from viewer.explorer_window import ExplorerWindow
@@ -102,8 +103,21 @@ def test_an_odd_perimeter_keeps_the_fill_in_grey_and_offers_even_ones(flat: Even
     grey = flat.window.saver.draw_live(600.0, 500.0).solid.colours
     assert len(grey), "the fill of before is still seen"
     assert len(state.list_even_lengths()) == 8
-    flat.window._make_even(1, 4)
+    even = flat.window.even
+    assert even.isVisible() and not flat.window.thumbnails.isVisible(), "where fills would be"
+    (button,) = [
+        one for one, side in even._sides.items() if (side, one.text()) == (1, "4")
+    ]  # fmt: skip
+    plain = flat.window.saver.draw_live(600.0, 500.0).scene.patches
+    QApplication.sendEvent(button, QEvent(QEvent.Type.FocusIn))
+    shown = flat.window.saver.draw_live(600.0, 500.0).scene.patches
+    assert state.meant_side == 1 and len(shown) == len(plain)
+    assert any(
+        (one.colours != other.colours).any() for one, other in zip(shown, plain, strict=True)
+    ), "its side is seen"
+    button.click()
     flat.work()
+    assert state.meant_side is None and flat.window.thumbnails.isVisible()
     assert sum(state.contour.lengths) % 2 == 0 and state.finder.fills
     flat.keys("Ctrl+Z", "Ctrl+Z")
     assert state.contour.lengths == (4, 3, 4, 3) and state.steps.undoable == 0

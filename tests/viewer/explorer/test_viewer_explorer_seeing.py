@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.polyline import arc_length
+from query.ground import DrawingGround
 from viewer.camera import View, fit_view
-from viewer.ground import DrawingGround
 from viewer.solid import Hiding, Solid, fill_triangles, spread_farthest
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -67,17 +67,17 @@ def test_what_is_clicked_is_what_is_seen_there() -> None:
     view = fit_view(DOME.vertices, (0.5, -0.3, 1.0), (0.0, 1.0, 0.0), 580.0, 580.0)
     for ground in (DrawingGround(DOME), DrawingGround(None)):
         for x, y in ((0.0, 0.0), (60.0, -40.0), (-80.0, 30.0)):
-            at = ground.hit(view, x, y)
+            at = ground.hit(view.under(x, y), view.axes[2])
             assert at is not None
             assert np.allclose(view.seen(at)[:2], (x, y), atol=1e-6)
             assert np.allclose(ground.on(at[None])[0][0], at, atol=1e-9)
-    assert DrawingGround(DOME).hit(view, 5000.0, 0.0) is None
+    assert DrawingGround(DOME).hit(view.under(5000.0, 0.0), view.axes[2]) is None
 
 
 def test_paths_are_short_and_on_the_surface() -> None:
     ground = DrawingGround(DOME)
     view = View(np.eye(3), np.zeros(3), 100.0)
-    a, b = ground.hit(view, -130.0, -90.0), ground.hit(view, 120.0, 100.0)
+    a, b = (ground.hit(view.under(*at), view.axes[2]) for at in ((-130.0, -90.0), (120.0, 100.0)))
     assert a is not None and b is not None
     path = ground.path(a, b)
     assert (path[0] == a).all() and (path[-1] == b).all()

@@ -10,8 +10,8 @@ from domed import SOURCE, opened
 from sayings import read_sheet
 
 from patterndb.errors import NotFoundError
+from query.contour import make_flat_boundary
 from viewer import PictureFormatError
-from viewer.contour import make_flat_boundary
 from viewer.explore import ExplorerSaver, explore
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer, describe_explorer

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from sayings import read_sheet
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.features.edits import DrawnCurve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap
 from viewer.facts import FactSheet
 from viewer.features import FeatureState
-from viewer.features.edits import DrawnCurve
 from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import KEYS
 from viewer.features.picture import FeaturePainter

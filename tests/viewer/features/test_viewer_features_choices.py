@@ -22,9 +22,9 @@ from tents import (
     tent,
 )
 
+from patterndb_sketch.features.edits import snap_curve
 from patterndb_sketch.features.model import Model
 from viewer.features import FeatureState
-from viewer.features.edits import snap_curve
 from viewer.features.keys import KEYS
 from viewer.features.sliders import AXIS_OF, SLIDERS, get_slider_value
 from viewer.keymap import Effect

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tents import ON_RIDGE, at, curve_of, drag, drawn, held, keys, line_of, tent
 
+from patterndb_sketch.features.edits import snap_curve
 from patterndb_sketch.features.snap import Snap
 from viewer.features import FeatureState, editing
-from viewer.features.edits import snap_curve
 from viewer.features.pointing import PIN, make_matrix_camera
 
 

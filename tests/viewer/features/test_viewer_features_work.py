@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from tents import at, curve_of, drag, drawn, held, keys, line_of, opened, picked, tent
 
+from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits, snap_curve
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features import FeatureState, editing
-from viewer.features.edits import DrawnCurve, FeatureEdits, snap_curve
 from viewer.features.keys import KEYS
 
 

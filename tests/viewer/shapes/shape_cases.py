@@ -65,7 +65,7 @@ def keys(state: ShapesState, text: str) -> None:
 
 
 def number(state: ShapesState, name: str, *, mirrored: bool = False) -> int:
-    lines = enumerate(state.shaping.skin.lines)
+    lines = enumerate(state.skin.lines)
     return next(i for i, one in lines if one.name == name and one.mirrored == mirrored)
 
 

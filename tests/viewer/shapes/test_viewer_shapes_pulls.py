@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from shape_cases import drag, keys, number, opened, seen
 
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.shapemodel import edit, pull_feature
+from patterndb_sketch.features.shapemodel import edit, pull_feature, shaping
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS
+from patterndb_sketch.features.shapemodel.shaping import SIGMAS, STIFF
 from viewer.camera import View
-from viewer.shapes import ShapesState, shaping
-from viewer.shapes.shaping import SIGMAS, STIFF
+from viewer.shapes import ShapesState
 from viewer.shapes.sight import find_displacement
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -89,7 +89,7 @@ def test_a_pull_shows_where_the_curve_should_be_and_how_far_it_is_short(
     drag(state, where, (0.0, 240.0), drop=False)
     pulled = state.shaping.pulled
     assert pulled is not None
-    line = state.shaping.skin.lines[number(state, "roof_rail")]
+    line = state.skin.lines[number(state, "roof_rail")]
     away = np.linalg.norm(state.shaping.points[line.vertices] - pulled.wanted, axis=1).max()
     assert away == pytest.approx(pulled.miss) and away > 0.05
     found = re.search(r"short of the pull by up to (\S+) units; (\d+) mode", state.message)
@@ -110,7 +110,7 @@ def test_a_small_pull_is_followed(state: ShapesState) -> None:
     where the pointer is, and nothing is said."""
     keys(state, "x")
     where = seen(state, "front_corner")
-    line = state.shaping.skin.lines[number(state, "front_corner")]
+    line = state.skin.lines[number(state, "front_corner")]
     before = state.shaping.points[line.vertices].copy()
     drag(state, where, (10.0, 0.0), drop=False)
     assert state.shaping.pulled is not None

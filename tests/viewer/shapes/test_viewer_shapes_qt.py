@@ -22,7 +22,7 @@ def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.Mon
     events = Events(saver, tmp_path, ShapesWindow)
 
     def middle(name: str) -> tuple[float, float]:
-        line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == name)
+        line = next(i for i, one in enumerate(state.skin.lines) if one.name == name)
         seen = state.sight.lines[line]
         x, y = seen[len(seen) // 2, :2].tolist()
         return x, y

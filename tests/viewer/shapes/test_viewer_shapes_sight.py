@@ -18,14 +18,12 @@ def test_curves_in_sight_are_what_rays_meet_first(state: ShapesState) -> None:
     """Against rays through the triangles: a curve's vertex is in sight if nothing is in front
     of it, and not if something is, there and around. Beside the rim of what hides it, it may be
     either."""
-    model = Model.from_arrays(state.shaping.points, state.shaping.skin.vertices)
+    model = Model.from_arrays(state.shaping.points, state.skin.vertices)
     around = 7.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1]])
     for turn in ((0.0, 0.0), (250.0, 40.0), (-120.0, 180.0)):
         state.camera.aim(state.camera.view.turned(*turn))
         places = np.concatenate(state.sight.lines)
-        points = np.concatenate(
-            [state.shaping.points[one.vertices] for one in state.shaping.skin.lines]
-        )
+        points = np.concatenate([state.shaping.points[one.vertices] for one in state.skin.lines])
         axes, far = state.camera.view.axes, 2.0 * state.shaping.size
         ahead = []
         for shift in around:

@@ -91,10 +91,8 @@ def test_switches_change_what_is_drawn() -> None:
     state.shaping.toggle_held("shoulder")
     assert solid_colours(state, HELD) > 0
     KEYS.press(state, "e")
-    assert len(compose_shape(state, 1040.0, 860.0).solid.corners) > plain + len(
-        state.shaping.skin.edges
-    )
-    line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == "roof_rail")
+    assert len(compose_shape(state, 1040.0, 860.0).solid.corners) > plain + len(state.skin.edges)
+    line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
     at = state.sight.lines[line][2, :2]
     assert solid_colours(state, GRABBED) == 0
     state.press(*at)
@@ -108,7 +106,7 @@ def test_the_window_says_what_is_known() -> None:
     state.shaping.toggle_held("shoulder")
     for key in ["n", "g", "m", "z"]:
         KEYS.press(state, key)
-    line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == "roof_rail")
+    line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
     state.move(*state.sight.lines[line][2, :2])
     drawn = compose_shape(state, 1040.0, 860.0)
     sheet = FactSheet()
@@ -129,8 +127,8 @@ def test_saving(tmp_path: Path) -> None:
     assert names == ["new-1.png", "new-2.png", "new.obj"]
     mesh = read_mesh(target)
     assert np.array_equal(mesh.points, state.shaping.points)
-    assert np.array_equal(mesh.quads()[0], state.shaping.skin.quads) and mesh.n_faces == len(
-        state.shaping.skin.quads
+    assert np.array_equal(mesh.quads()[0], state.skin.quads) and mesh.n_faces == len(
+        state.skin.quads
     )
     saver.play(["r", "o"])
     assert np.array_equal(read_mesh(target).points, state.shaping.points)

@@ -28,7 +28,19 @@ def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
         assert len(state.surfaces.patches) == 4
         events.do("redo")
         assert len(state.surfaces.patches) == 3
+        before, edits = state.surfaces.edits, state.surfaces.edits
+        for number in range(3):
+            edits = edits.switched_off(state.surfaces.cycle_of(True, number))
+        state.steps.settle(edits)
+        state.surfaces.ask()
+        state.settle()
+        assert "All patches are off" in saver.first_hint()
+        state.steps.settle(before)
+        state.surfaces.ask()
+        state.settle()
+        assert saver.first_hint() == ""
         events.keys("Left")
+        assert "no curves close a cycle" in saver.first_hint()
         assert state.surfaces.edits.stage == 2 and len(state.surfaces.patches) == 0
         events.keys("Right", "d")
         assert "drag a stroke" in events.window.hint_label.text()

@@ -8,13 +8,13 @@ from domes import Finder, at, click, dome, drag, growing_dome, keys, opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.surfacing.edits import cut_cycle
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
 from viewer.nearness import STROKE_END_REACH
 from viewer.style import parse_colour
 from viewer.surfacing.commands import KEYS
-from viewer.surfacing.edits import cut_cycle
 from viewer.surfacing.picture import SNAP, compose_surface
 from viewer.surfacing.state import SurfacingState
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from query.placing import Surface
-from viewer.camera import View
+from patterndb.geometry.surface import Surface
+
+if TYPE_CHECKING:
+    from query.boundary import Boundary
 
 #: Points of a path between two clicks, and rounds in which it is pulled taut: each moves every
 #: point to the middle of its neighbours, and so many of them are settled by some P**2 / 8.
@@ -34,10 +38,20 @@ class DrawingGround:
         self.normal = np.array([0.0, 0.0, 1.0]) if normal is None else normal
         self._edges: coo_array | None = None
 
-    def hit(self, view: View, x: float, y: float) -> Points | None:
-        """(3,) what is seen at a place of the picture; None beside the surface."""
-        toward = view.axes[2]
-        at = view.under(x, y)
+    @classmethod
+    def of_boundary(cls, boundary: Boundary) -> DrawingGround:
+        """The plane through the middle of a boundary whose vertices are placed, across its mean
+        normal."""
+        assert boundary.points is not None
+        middle = boundary.points.mean(axis=0)
+        spokes = boundary.points - middle
+        area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+        size = float(np.linalg.norm(area))
+        return cls(None, middle, area / size if size > 0.0 else None)
+
+    def hit(self, at: Points, toward: Points) -> Points | None:
+        """(3,) what is seen at a point (3,) of space by who looks against a unit vector (3,) from
+        far away; None beside the surface."""
         if self.surface is None:
             slope = float(toward @ self.normal)
             if abs(slope) < 1e-3:

@@ -6,7 +6,7 @@ sharpened step by step as the drawing untangles, so that no valid start is neede
 
 Source: Garanzha et al. 2021, "Foldover-free maps in 50 lines of code", for the energy and
 its smoothing. Differs from the paper: L-BFGS runs in one kernel, and the outline may move
-by its handles (see :mod:`viewer.embedding`).
+by its handles (see :mod:`patterndb.geometry.embedding`).
 """
 
 from __future__ import annotations

@@ -9,13 +9,69 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Floats, Points
+from patterndb.system.documents import Entries, Number
 from patterndb.system.history import History
+from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Template
-from patterndb_sketch.features.shapemodel import ShapeEdit, ShapeModel, edit, pull_feature
-from patterndb_sketch.features.shapemodel.edit import STIFFNESS
-from viewer.shapes.skin import ShapeSkin, SkinLine
+from patterndb_sketch.features.registration.template import MIRROR, Mirroring
+from patterndb_sketch.features.shapemodel.edit import STIFFNESS, ShapeEdit, edit, pull_feature
+from patterndb_sketch.features.shapemodel.model import ShapeModel
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShapeLine:
+    """A feature curve of whole shapes, as it is grabbed.
+
+    name: of the feature. vertices: (n,) of the whole shape. part: number of the template's part.
+    mirrored: is it the mirror image of the feature, so that pulls are mirrored, too?
+    """
+
+    name: str
+    vertices: Int64Array
+    part: int
+    mirrored: bool
+
+    @property
+    def title(self) -> str:
+        """The name as people read it."""
+        return self.name.replace("_", " ")
+
+    def pull(self, offset: Points) -> Points:
+        """(3,) what the feature is moved by where this line is moved by an offset (3,)."""
+        return offset * MIRROR if self.mirrored else offset
+
+
+def list_shape_lines(shapes: ShapeModel, template: Template) -> tuple[ShapeLine, ...]:
+    """List the features of a model's shapes, then their mirror images that are not themselves.
+
+    template: the one that the shapes were laid with; raises InvalidFeatureError for another.
+    """
+    mirroring = Mirroring.of(template)
+    if not np.array_equal(mirroring.quads, shapes.quads):
+        raise InvalidFeatureError(
+            f"the shape model's {len(shapes.quads)} quads are not those of the template "
+            f"{template.name}; give the one that its shapes were laid with"
+            + (f", {shapes.template}" if shapes.template else "")
+        )
+    twin = np.arange(len(mirroring.source))
+    images = np.flatnonzero(mirroring.image)
+    twin[images] = mirroring.source[images]
+    twin[mirroring.source[images]] = images
+    own: list[ShapeLine] = []
+    mirrored: list[ShapeLine] = []
+    for feature in shapes.features:
+        vertices = np.asarray(feature.vertices, np.int64)
+        part = int(template.of_part[mirroring.source[vertices[0]]])
+        own.append(ShapeLine(feature.name, vertices, part, False))
+        # One in the middle plane is its own image.
+        image = twin[vertices]
+        if not np.array_equal(image, vertices):
+            mirrored.append(ShapeLine(feature.name, image, part, True))
+    return (*own, *mirrored)
+
 
 # What of a shape can be chosen, and taken back step by step.
 
@@ -53,6 +109,31 @@ class ShapeChoice:
             self.stiffness,
         ) == (other.held, other.hold, other.stiffness)
 
+    def document(self) -> dict[str, object]:
+        """What :meth:`ChoiceEntries.choice` reads, for JSON."""
+        return {
+            "coefficients": self.coefficients.tolist(),
+            "origin": self.origin,
+            "held": sorted(self.held),
+            "hold": self.hold,
+            "stiffness": self.stiffness,
+        }
+
+
+class ChoiceEntries(Entries):
+    """A choice, as JSON has it."""
+
+    coefficients: list[Number]
+    origin: str
+    held: list[str]
+    hold: Number
+    stiffness: Number
+
+    def choice(self) -> ShapeChoice:
+        """The choice."""
+        values = np.array(self.coefficients, np.float64)
+        return ShapeChoice(values, self.origin, frozenset(self.held), self.hold, self.stiffness)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Pulled:
@@ -62,7 +143,7 @@ class Pulled:
     distance from there.
     """
 
-    line: SkinLine
+    line: ShapeLine
     wanted: Points = field(repr=False)
     miss: float
 
@@ -80,7 +161,8 @@ GHOSTS: tuple[Ghost, ...] = ("none", "mean", "known")
 class Shaping:
     """A shape model, and the shape of it that is shown.
 
-    shapes: the model. template: the one that its shapes were laid with. coefficients: of the
+    shapes: the model. lines: its features and their images, which can be pulled. template: the
+    one that its shapes were laid with. coefficients: of the
     first shape; by default the mean. held: names of the curves that are
     held at first. message: what there is to say of the last thing done.
 
@@ -97,7 +179,7 @@ class Shaping:
     ) -> None:
         self.shapes = shapes
         self.parts = tuple(part.name for part in template.parts)
-        self.skin = ShapeSkin.of(shapes, template)
+        self.lines = list_shape_lines(shapes, template)
         first = np.zeros(shapes.n_modes) if coefficients is None else coefficients
         given = np.array(first, np.float64)
         self.points = shapes.shape(given)
@@ -210,6 +292,11 @@ class Shaping:
         title = name.replace("_", " ")
         self.message = f"{title} is held" if name in held else f"{title} follows again"
 
+    def take(self, choice: ShapeChoice) -> None:
+        """Take a choice that was kept, as one step."""
+        self._commit(choice)
+        self.pulled = None
+
     def let_go(self) -> None:
         """Hold no feature."""
         if not self.choice.held:
@@ -263,7 +350,7 @@ class Shaping:
         """What it costs the next pulls to leave the shape."""
         self._change(replace(self.choice, stiffness=float(np.clip(stiffness, *STIFF))))
 
-    def pull(self, line: SkinLine, offset: Points, vertex: int | None) -> bool:
+    def pull(self, line: ShapeLine, offset: Points, vertex: int | None) -> bool:
         """Move a line from where it was when the drag began; False if no shape was found.
 
         offset: (3,). vertex: the place in the line of the one vertex that is pulled; by default
@@ -290,7 +377,7 @@ class Shaping:
         return True
 
     def _told(
-        self, line: SkinLine, found: ShapeEdit, begun: ShapeChoice, held: Mapping[str, float]
+        self, line: ShapeLine, found: ShapeEdit, begun: ShapeChoice, held: Mapping[str, float]
     ) -> str:
         """What the edit could not reach, "" if it could."""
         notes: list[str] = []

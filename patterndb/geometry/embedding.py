@@ -7,6 +7,10 @@ relaxation untangles, too. A disk with reflex corners is then let go of its conv
 and bends inward at them as far as no quad flips and the outline does not cross itself.
 """
 
+# scipy has no types: what it returns is typed by the functions' own annotations.
+# pyright: reportMissingTypeStubs=false, reportUnknownVariableType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+
 from __future__ import annotations
 
 import math
@@ -20,7 +24,9 @@ from scipy.sparse.linalg import spsolve
 
 from patterndb.core.disk import Disk
 from patterndb.geometry.points import Points
-from viewer.relax import relax_points
+from patterndb.geometry.relaxation import relax_points
+
+Complex = NDArray[np.complex128]
 
 # Where a flat picture puts a disk's boundary: a polygon with one bulging edge per side.
 #
@@ -156,11 +162,9 @@ def _teardrop(disk: Disk) -> NDArray[np.complex128]:
     curve = 3.0 * (1.0 - t) ** 2 * t * handle - 3.0 * (1.0 - t) * t**2 * np.conj(handle)
     length = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(curve)))])
     at = np.arange(disk.perimeter) / disk.perimeter * length[-1]
-    points = np.interp(at, length, curve.real) + 1j * np.interp(at, length, curve.imag)
+    points: Complex = np.interp(at, length, curve.real) + 1j * np.interp(at, length, curve.imag)
     return np.roll(points, int(disk.corners[0]))
 
-
-Complex = NDArray[np.complex128]
 
 #: Rounds of untangling, and L-BFGS steps in each.
 ROUNDS = 12

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from itertools import pairwise
 
 import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from query import Boundary, Stroke
-from query.boundary import CornerKind
-from viewer.camera import View
-from viewer.ground import DrawingGround
+from query.boundary import Boundary, CornerKind
+from query.stroke import Stroke
 
 #: Edges around a boundary that was just drawn, about: few enough for fills to come at once.
 EDGES = 24
@@ -29,6 +26,10 @@ REFLEX_TURN = math.radians(10.0)
 #: Times that edge counts are scaled until rounding does not undo it: 2 edges become 4 by a
 #: fourth of 1.25.
 SCALINGS = 6
+
+#: A drawn stroke gives way to the way to the middle of its boundary edges for so many times the
+#: length of that.
+EASE = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,105 +175,8 @@ def _arc(side: int, n_sides: int) -> Points:
     return np.stack([np.cos(angle), np.sin(angle) + off], axis=1)
 
 
-# What is being drawn with the pointer: corners of a boundary, or a stroke.
-
-#: A click this near to another, in points, is on the same place; a drag of less is a click.
-NEAR = 7.0
-
-#: Points of a drawn stroke are at least so far apart, in points of the picture.
-STROKE_STEP = 4.0
-
-#: A drawn stroke gives way to the way to the middle of its boundary edges for so many times the
-#: length of that.
-EASE = 2.0
-
-
-class PointerMode(Enum):
-    """What the pointer does."""
-
-    LOOK = "look"
-    CORNERS = "draw a boundary"
-    STROKE = "draw a stroke"
-    LOOP = "draw a loop"
-
-
-class PointerStroke:
-    """Draws on a ground.
-
-    clicked: (3,) corners so far; paths: (k, 3) between them; preview: from the last to where
-    the pointer is. line: (3,) points of the stroke so far.
-    """
-
-    def __init__(self, ground: DrawingGround) -> None:
-        self.ground = ground
-        self.lift()
-
-    def lift(self) -> None:
-        """Forget what was not finished."""
-        self.clicked: list[Points] = []
-        self.paths: list[Points] = []
-        self.preview: Points | None = None
-        self.line: list[Points] = []
-
-    def closes(self, view: View, x: float, y: float) -> bool:
-        """Is a click here on the last corner (a double click) or the first?"""
-        ends = [self.clicked[0], self.clicked[-1]] if self.clicked else []
-        return any(np.hypot(*(view.seen(at)[:2] - (x, y))) < NEAR for at in ends)
-
-    def add_corner(self, view: View, x: float, y: float) -> bool:
-        """A corner where the ground is seen; False beside it."""
-        at = self.ground.hit(view, x, y)
-        if at is None:
-            return False
-        if self.clicked:
-            self.paths.append(self.ground.path(self.clicked[-1], at))
-        self.clicked.append(at)
-        self.preview = None
-        return True
-
-    def undo_corner(self) -> None:
-        """Take the last corner back."""
-        self.preview = None
-        if self.clicked:
-            self.clicked.pop()
-        if self.paths:
-            self.paths.pop()
-
-    def look_ahead(self, view: View, x: float, y: float) -> None:
-        """Show the way that a click here would draw."""
-        at = self.ground.hit(view, x, y)
-        self.preview = None if at is None else self.ground.path(self.clicked[-1], at)
-
-    def contour(self) -> Contour:
-        """The clicked corners, the last joined to the first.
-
-        Raises InvalidBoundaryError if that is no boundary.
-        """
-        sides = [*self.paths, self.ground.path(self.clicked[-1], self.clicked[0])]
-        return Contour.drawn(sides, self.ground.on(np.stack(self.clicked))[1])
-
-    def extend(self, view: View, x: float, y: float) -> None:
-        """The stroke goes on to here, if the ground is seen and it is far enough."""
-        at = self.ground.hit(view, x, y)
-        if at is None:
-            return
-        if self.line:
-            step = view.seen(at) - view.seen(self.line[-1])
-            if np.hypot(step[0], step[1]) < STROKE_STEP:
-                return
-        self.line.append(at)
-
-    def stroke(self, boundary: Boundary, *, loop: bool) -> Stroke:
-        """The stroke that was drawn, its ends in the middle of boundary edges.
-
-        Raises InvalidQueryError if it is none.
-        """
-        line = np.stack(self.line)
-        return Stroke.loop(line) if loop else _snapped(boundary, Stroke.drawn(boundary, line))
-
-
-def _snapped(boundary: Boundary, stroke: Stroke) -> Stroke:
-    """A stroke made to begin and end in the middle of its boundary edges."""
+def centre_stroke_ends(boundary: Boundary, stroke: Stroke) -> Stroke:
+    """Have a drawn stroke begin and end in the middle of its boundary edges."""
     assert boundary.points is not None and stroke.points is not None
     ends: list[Points] = []
     for end in (stroke.start, stroke.end):

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from patterndb_sketch.surfacing.inking import InkedStroke, add_ink_curves
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing, InvalidNetworkError
-from viewer.surfacing.body import Key
-from viewer.surfacing.ink import InkedStroke, add_ink_curves
+
+#: A cycle's key: what two cycles that differ in start and sense only have in common.
+Key = tuple[tuple[int, bool], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +68,9 @@ class SurfacingEdits:
     def with_stroke(self, ink: InkedStroke, reach: float) -> SurfacingEdits:
         """With a stroke as curves of the network, which come at this stage.
 
-        reach: as for :func:`viewer.surfacing.ink.add_ink_curves`, which also says what is raised.
-        Cycles that came with the network are cut where the stroke cuts them.
+        reach: as for :func:`patterndb_sketch.surfacing.inking.add_ink_curves`, which also says
+        what is raised. Cycles that came with the network are cut where the stroke
+        cuts them.
         """
         grown = add_ink_curves(self.drawing, ink, reach, self.stage)
         after = grown.drawing.network
@@ -120,6 +123,13 @@ def cut_cycle(network: CurveNetwork, cycle: Cycle, curves: Sequence[int]) -> lis
             parts[i : i + 1] = [one, other]
             break
     return parts
+
+
+def renumber_cycle(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
+    """Renumber the curves of a cycle; None if one of them has no other number."""
+    if not all(curve in number for curve in cycle.curves):
+        return None
+    return Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
 
 
 def _carried(
