@@ -27,7 +27,6 @@ LEFT = {
     "bent sheets",
     "tori",
     "crossing sheets",
-    "walls",
 }
 
 
@@ -74,3 +73,17 @@ def test_lids_of_many_corners_are_found_and_rims_that_go_straight_on_stay_open(s
     cars = [one for one in list_clean_networks() if one.family == "car-like shells"]
     for one in cars:
         assert find_cycles(CurveNetwork(one.network.curves, one.network.nodes)).once, one.name
+
+
+def test_a_wall_on_a_sheet_is_told_as_a_patch_and_bounded_by_no_idle_curve() -> None:
+    """Three squares at one curve, in whatever order they were drawn."""
+    points = np.array(
+        [[0, 0, 0], [0, 1, 0], [-1, 0, 0], [-1, 1, 0], [1, 0, 0], [1, 1, 0], [0, 0, 1], [0, 1, 1]],
+        float,
+    )
+    edges = [(0, 1)] + [pair for k in (2, 4, 6) for pair in ((0, k), (1, k + 1), (k, k + 1))]
+    for order in (edges, edges[::-1]):
+        found = find_cycles(CurveNetwork.from_edges(points, order))
+        assert len(found.cycles) == 3
+        assert not found.unused
+        assert len(found.once) == len(edges) - 1
