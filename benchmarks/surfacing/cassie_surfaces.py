@@ -2,10 +2,10 @@
 
     python benchmarks/surfacing/cassie_surfaces.py ../shared/data/curves/cassie/graph
 
-Prints Markdown for RESULTS.md, one row per network: curves, cycles, CPU seconds to find and to surface
-them, and how much area each method has beyond the exact triangulation of least area (medians over
-the cycles; inner vertices can bring it below 1). No intended surface is known here. Peers need
-the extra ``benchmark``.
+Prints Markdown for RESULTS.md, one row per network: curves, cycles, CPU seconds to find and to
+surface them, and how much area each method has beyond the exact triangulation of least area
+(medians over the cycles; inner vertices can bring it below 1). No intended surface is known here.
+Peers need the extra ``benchmark``.
 """
 
 from __future__ import annotations
