@@ -206,8 +206,8 @@ def _check(network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle
         if len(walks) > SIDES:
             raise InvalidNetworkError(
                 f"curve {network.curves[curve].id!r} (number {curve}) is in {len(walks)} added "
-                f"cycles; at most {SIDES} can be added at a curve. Leave some out, or list all cycles "
-                "of the network: those may be more"
+                f"cycles; at most {SIDES} can be added at a curve. Leave some out, or list all "
+                "cycles of the network: those may be more"
             )
 
 
