@@ -2,10 +2,10 @@
 
     python benchmarks/surfacing/cassie_surfaces.py ../shared/data/curves/cassie/graph
 
-Prints Markdown for RESULTS.md, one row per network: curves, cycles, seconds to find and to surface
-them, and how much area each method has beyond the exact triangulation of least area (medians over
-the cycles; inner vertices can bring it below 1). No intended surface is known here. Peers need
-the extra ``benchmark``.
+Prints Markdown for RESULTS.md, one row per network: curves, cycles, CPU seconds to find and to
+surface them, and how much area each method has beyond the exact triangulation of least area
+(medians over the cycles; inner vertices can bring it below 1). No intended surface is known here.
+Peers need the extra ``benchmark``.
 """
 
 from __future__ import annotations
@@ -98,9 +98,9 @@ def surfaced(
 
 def measured(path: Path, every: dict[str, Fill]) -> Row:
     network = read_network(path)
-    started = time.perf_counter()
+    started = time.process_time()
     found = find_cycles(network).cycles
-    finding = time.perf_counter() - started
+    finding = time.process_time() - started
     sampling = sample(network)
     loops: list[Loop] = []
     small: list[str] = []

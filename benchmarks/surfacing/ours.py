@@ -22,14 +22,14 @@ def chords(
 
     Where the search for chords runs out of its budget, the least area, as everywhere.
     """
-    started = time.perf_counter()
+    started = time.process_time()
     cut = decompose(loop, alpha, area_price=area_price)
     if cut.exhausted:
         triangles, _ = minimal_area(loop.points)
-        seconds = time.perf_counter() - started
+        seconds = time.process_time() - started
         return Filling(loop.points, triangles, seconds, "search for chords exhausted")
     mesh = tessellate_patch(loop, cut.chords, cut.pieces, spacing)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     return Filling(
         np.r_[loop.points, mesh.points], np.concatenate(mesh.faces), seconds, "; ".join(mesh.notes)
     )
@@ -42,25 +42,25 @@ def any_chords(loop: Loop, spacing: float) -> Filling:
 
 def whole(loop: Loop, spacing: float) -> Filling:
     """The whole loop as one piece: the linearised Laplacian of the paper's Fig. 2 (c)."""
-    started = time.perf_counter()
+    started = time.process_time()
     none = np.zeros((0, 2), np.int64)
     mesh = tessellate_patch(loop, none, (np.arange(len(loop.points)),), spacing)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     return Filling(np.r_[loop.points, mesh.points], np.concatenate(mesh.faces), seconds)
 
 
 def area(loop: Loop, spacing: float) -> Filling:
     """The exact triangulation of least area; it needs no spacing."""
-    started = time.perf_counter()
+    started = time.process_time()
     triangles, _ = minimal_area(loop.points)
-    return Filling(loop.points, triangles, time.perf_counter() - started)
+    return Filling(loop.points, triangles, time.process_time() - started)
 
 
 def smooth(loop: Loop, spacing: float) -> Filling:
     """Lay a grid of near parallelograms into the loop; where it crosses itself, chords."""
-    started = time.perf_counter()
+    started = time.process_time()
     made = make_smooth(loop, Settings(), spacing, None)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     points = np.r_[loop.points, made.points]
     return Filling(points, np.concatenate(made.faces), seconds, made.note)
 

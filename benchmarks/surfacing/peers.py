@@ -35,11 +35,11 @@ def meshlib(points: Points, metric: str) -> Filling:
     edge = mesh.addSeparateEdgeLoop(mrmeshpy.std_vector_Vector3_float(corners))
     parameters = mrmeshpy.FillHoleParams()
     chosen = METRICS[metric]
-    started = time.perf_counter()
+    started = time.process_time()
     if chosen is not None:
         parameters.metric = chosen(mesh, edge)
     mrmeshpy.fillHole(mesh, edge, parameters)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     triangles = np.array(mrmeshnumpy.getNumpyFaces(mesh.topology), np.int64)
     # A vertex may have been added; the loop's own are kept in double precision.
     vertices = np.array(mrmeshnumpy.getNumpyVerts(mesh), np.float64)
@@ -55,9 +55,9 @@ def cgal_polyline(points: Points) -> Filling:
     """
     corners = [Point_3(*(float(x) for x in point)) for point in points]
     found: list[cgal.Integer_triple] = []
-    started = time.perf_counter()
+    started = time.process_time()
     cgal.triangulate_hole_polyline(corners, found)
-    seconds = time.perf_counter() - started
+    seconds = time.process_time() - started
     triangles = np.array([(t.first, t.second, t.third) for t in found], np.int64).reshape(-1, 3)
     return Filling(points, triangles, seconds)
 

@@ -72,13 +72,14 @@ class Loop:
 
 
 def default_spacing(network: CurveNetwork, edges: int = EDGES_OF_MEDIAN_CURVE) -> float:
-    """The spacing at which the median curve has so many edges.
+    """The spacing at which the median curve has so many edges; a closed one counts as quarters.
 
     Raises InvalidNetworkError for a network without curves.
     """
     if not network.curves:
         raise InvalidNetworkError("the network has no curves; there is nothing to sample")
-    lengths = [curve.length for curve in network.curves]
+    # The number of edges is one for a quarter circle.
+    lengths = [curve.length / (4 if curve.closed else 1) for curve in network.curves]
     return float(np.median(lengths)) / edges
 
 

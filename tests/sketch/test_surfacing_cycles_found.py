@@ -137,7 +137,9 @@ def test_a_cross_section_is_taken_only_if_added() -> None:
     assert section.key not in keys(find_cycles(network).cycles)
     found = find_cycles(network, added=[section, section.turned])
     assert section.key in keys(found.cycles)
-    assert max(map(len, list_users(found.cycles).values())) == 2
+    assert [cycle.key for cycle in found.cycles].count(section.key) == 1
+    # Where it parts the tube, cells of the tube may stand on it as walls do.
+    assert max(map(len, list_users(found.cycles).values())) <= 3
 
 
 def test_all_faces_added_are_the_result() -> None:

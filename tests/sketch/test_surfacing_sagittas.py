@@ -203,3 +203,11 @@ class TestLooseEnds:
                     assert nearest > 0.1 * curve.length - 1e-9
                 else:
                     assert one.gap <= nearest + 1e-9
+
+
+def test_steps_too_short_to_have_a_direction_are_no_bends() -> None:
+    """Points that differ by less than what can be squared are samples as others are."""
+    bent = [[0.0, 0.0, 0.0], [1e-200, 0.0, 0.0], [2e-200, 0.0, 0.0], [1.0, 0.1, 0.0], [2.0, 0, 0]]
+    with np.errstate(divide="raise", invalid="raise", over="raise"):
+        curves = guess_curves([np.array(bent)])
+    assert all(np.isfinite(part).all() for part in (curves.bends, curves.after, curves.sagitta))

@@ -9,6 +9,7 @@ import pytest
 from networks import cube, faces_network, prism, ring, shuffled, torus
 
 import patterndb
+from patterndb_sketch.surfacing import find_cycles, network_of_polylines
 from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
 from patterndb_sketch.surfacing.surfaces import (
@@ -215,3 +216,17 @@ def test_patches_that_pass_through_each_other_are_told_by_pair() -> None:
         (n for *_, n in made.crossings), reverse=True
     )
     assert made.intersections == sum(n for _, _, n in made.crossings) > 0
+
+
+@pytest.mark.parametrize("method", ["smooth", "quads"])
+def test_a_lone_loop_is_followed_as_closely_as_four_quarters(
+    method: str, db: patterndb.Database
+) -> None:
+    """The number of edges of a median curve is one for a quarter circle."""
+    turn = np.linspace(0.0, 2.0 * np.pi, 97)
+    loop = np.stack([np.cos(turn), np.sin(turn), 0.2 * np.cos(2.0 * turn)], axis=1)
+    loop[-1] = loop[0]
+    network = network_of_polylines([loop])
+    made = surface(network, find_cycles(network).cycles, settings=Settings(method=method), db=db)
+    rim = made.points[np.linalg.norm(made.points[:, :2], axis=1) > 0.999]
+    assert len(rim) >= 4 * (12 if method == "smooth" else 4)

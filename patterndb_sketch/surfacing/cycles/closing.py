@@ -1,4 +1,5 @@
-"""Candidate cycles: for each pair of curves at a node, the shortest paths that close them."""
+"""Candidate cycles: for each pair of curves at a node, the shortest paths that close them, and the
+path that goes on in their plane."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
@@ -22,6 +24,19 @@ NEAR_NODES = 512
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.
 MAX_PATHS = 3_000
+
+#: A curve that leaves a node less than this off the plane of a pair, as a sine, goes on in it:
+#: strokes drawn freehand in a plane do.
+OFF_PLANE = 0.15
+
+#: Two curves whose directions have a lesser sine lie in no plane of their own.
+NO_PLANE = 0.2
+
+#: A path in a plane turns at a corner by more than this, in radians: the 20 degrees of a drawn one.
+PLANE_TURN = math.radians(20)
+
+#: Nodes of a path in a plane, at most: of those in the sketches at hand the longest has 12.
+MOST_IN_PLANE = 128
 
 
 def curve_ends(network: CurveNetwork) -> NDArray[np.int64]:
@@ -232,10 +247,69 @@ def find_closing_paths(
     return found, False
 
 
+@kernel
+def find_flat_polygon(
+    start: Int64Array,
+    end: Int64Array,
+    first: Int64Array,
+    leaving: Int64Array,
+    tangents: Points,
+    out: int,
+    back: int,
+    path: Int64Array,
+) -> int:
+    """The polygon in the plane of two half-curves that leave a node, of which ``back`` closes it.
+
+    tangents: (2m, 3) unit vectors along which half-curves leave their nodes. At every node the
+    path takes, of those that leave nearly in the plane, the one that turns most to the polygon's
+    inside. Half-curves in order are written to path; returns how many there are, 0 if it does not
+    close, passes a node twice, is longer than ``path`` or has corners at less than half of its
+    nodes: where curves mostly go straight on past others that end there, it is as likely the rim
+    of an opening as a lid, such as the ground of a car.
+    """
+    normal = np.cross(tangents[out], tangents[back])
+    size = math.sqrt(normal @ normal)
+    if size < NO_PLANE:
+        return 0
+    normal /= size
+    node = start[back]
+    path[0] = out
+    n, corners = 1, 1
+    while end[path[n - 1]] != node:
+        half = path[n - 1]
+        at = end[half]
+        if n == len(path):
+            return 0
+        for k in range(n - 1):
+            if end[path[k]] == at:
+                return 0
+        arriving = -tangents[half ^ 1]
+        best, most = -1, -np.inf
+        for k in range(first[at], first[at + 1]):
+            other = leaving[k]
+            if other >> 1 == half >> 1 or end[other] == at:
+                continue
+            if abs(tangents[other] @ normal) > OFF_PLANE:
+                continue
+            sine = np.cross(arriving, tangents[other]) @ normal
+            turn = math.atan2(sine, arriving @ tangents[other])
+            if turn > most:
+                best, most = other, turn
+        if best < 0:
+            return 0
+        corners += abs(most) > PLANE_TURN
+        path[n] = best
+        n += 1
+    return n if path[n - 1] == back ^ 1 and 2 * corners >= n else 0
+
+
 def find_candidate_cycles(
     network: CurveNetwork, halves: HalfCurves, closings: int
 ) -> tuple[dict[tuple[int, ...], Cycle], int]:
     """The shortest cycles through each pair of curves at a node, ``closings`` of each pair.
+
+    So is the polygon in the plane of the pair, if there is one (:func:`find_flat_polygon`): the lid
+    of a prism of twelve sides is longer than the shortest ways around over its sides.
 
     Returns them by their sorted curves, which no two simple cycles share, and the number of
     pairs for which MAX_PATHS paths did not suffice.
@@ -254,6 +328,14 @@ def find_candidate_cycles(
         steps = tuple((half >> 1, bool(half & 1)) for half in halves)
         found.setdefault(tuple(sorted(half >> 1 for half in halves)), Cycle(steps))
 
+    tangents = np.array(
+        [
+            (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+            for curve in network.curves
+            for points in (curve.points, curve.points[::-1])
+        ]
+    ).reshape(-1, 3)
+    flat = np.empty(MOST_IN_PLANE, np.int64)
     distance = np.full(len(network.nodes), np.inf)
     near = np.empty(len(network.nodes), np.int64)
     measured, met, farther = -1, 0, math.inf
@@ -297,4 +379,16 @@ def find_candidate_cycles(
                 stopped += cut_short
                 for i in range(n):
                     keep(paths[i, : sizes[i]].tolist())
+                size = find_flat_polygon(
+                    halves.start,
+                    halves.end,
+                    halves.first,
+                    halves.leaving,
+                    tangents,
+                    out,
+                    back,
+                    flat,
+                )
+                if size:
+                    keep(flat[:size].tolist())
     return found, stopped

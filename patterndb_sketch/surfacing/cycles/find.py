@@ -32,6 +32,7 @@ from patterndb_sketch.surfacing.cycles.measures import (
     rate_badness,
 )
 from patterndb_sketch.surfacing.cycles.packing import SIDES
+from patterndb_sketch.surfacing.cycles.walls import find_walls
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveNetwork,
@@ -119,8 +120,9 @@ def find_cycles(
     cycles, in whatever order and sense they come.
 
     A closed loop that no other curve touches is a cycle, however it bends. Each curve bounds two
-    cycles at most. Where curves that hang together can all bound two each at little loss, they do:
-    a closed surface. Elsewhere cycles worse than ``worst`` are left
+    cycles at most, or more where a good one stands on them, as a wall on a sheet does
+    (:mod:`.walls`). Where curves that hang together can all bound two each at little loss, they
+    do: a closed surface. Elsewhere cycles worse than ``worst`` are left
     out unless they close a surface; curves of which none would bound anything then keep theirs up
     to ALONE times as bad.
 
@@ -146,23 +148,31 @@ def find_cycles(
         found.pop(tuple(sorted(cycle.curves)), None)
     must.update(loop for loop in find_lone_loops(own.network, ~gone) if loop in found)
     chosen: list[Cycle] = []
+    walls: list[Cycle] = []
     proven = True
     parts = _parts(own.network, ~gone, found, must)
     for part in parts:
-        cycles, sure = _chosen(own.network, part, worst, effort)
-        chosen += cycles
+        numbers, sure = _chosen(own.network, part, worst, effort)
+        chosen += _of(part, numbers)
+        standing = find_walls(own.network, part.cycles, part.bad, part.costs, numbers)
+        walls += _of(part, standing)
         proven &= sure
-    turned = orient_cycles(sorted(map(own.there, chosen), key=lambda cycle: cycle.key))
-    missed = _find_nearest_miss(parts, chosen)
+    turned = orient_cycles(_sort_there(own, chosen))
+    missed = _find_nearest_miss(parts, [*chosen, *walls])
     return describe_cycles(
         network,
-        turned.cycles,
+        (*turned.cycles, *_sort_there(own, walls)),
         bool(turned.twisted),
         len(found),
         cut_short,
         proven,
         None if missed is None else RejectedCycle(own.there(missed[0]), missed[1], worst),
     )
+
+
+def _sort_there(own: OrderedNetwork, cycles: Sequence[Cycle]) -> list[Cycle]:
+    """The cycles in the network that came in, in its order."""
+    return sorted(map(own.there, cycles), key=lambda cycle: cycle.key)
 
 
 def _find_nearest_miss(
@@ -196,7 +206,8 @@ def _check(network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle
         if len(walks) > SIDES:
             raise InvalidNetworkError(
                 f"curve {network.curves[curve].id!r} (number {curve}) is in {len(walks)} added "
-                f"cycles; a curve bounds {SIDES} patches at most, so leave some out"
+                f"cycles; at most {SIDES} can be added at a curve. Leave some out, or list all "
+                "cycles of the network: those may be more"
             )
 
 
@@ -251,12 +262,12 @@ def _parts(
 
 def _chosen(
     network: CurveNetwork, part: _NetworkPart, worst: float, effort: float
-) -> tuple[list[Cycle], bool]:
-    """The cycles chosen in a part of the network, and whether no better choice is left."""
+) -> tuple[list[int], bool]:
+    """The candidates chosen in a part of the network, and whether no better choice is left."""
     best = _surface(network, part, effort)
     if best is None:
-        return [part.cycles[i] for i in sorted(part.forced)], False
-    twice = {c for c, walks in list_users(_of(part, best)).items() if len(walks) == SIDES}
+        return sorted(part.forced), False
+    twice = {c for c, walks in list_users(_of(part, best.chosen)).items() if len(walks) == SIDES}
     proven = best.proven
     if NEARLY_CLOSED * len(part.curves) <= len(twice) < len(part.curves):
         least = CLOSED_SHARE * best.value
@@ -270,7 +281,7 @@ def _chosen(
         if every is not None:
             best = every
             proven = False
-    cycles = _of(part, best)
+    cycles = _of(part, best.chosen)
     turned = orient_cycles(cycles)
     at = list_users(cycles)
     is_open = {
@@ -282,19 +293,18 @@ def _chosen(
     is_open |= {turned.surfaces[strip[0]] for strip in turned.twisted}
     is_open |= _find_closed_by_rims(part, best.chosen, turned.surfaces, worst)
     good = [
-        cycle
-        for i, (number, cycle) in enumerate(zip(best.chosen, cycles, strict=True))
-        if number in part.forced or turned.surfaces[i] not in is_open or part.bad[number] <= worst
+        number
+        for surface, number in zip(turned.surfaces, best.chosen, strict=True)
+        if number in part.forced or surface not in is_open or part.bad[number] <= worst
     ]
     if good:
         return good, proven
-    alone = [number for number in best.chosen if part.bad[number] <= ALONE * worst]
-    return [part.cycles[number] for number in alone], proven
+    return [number for number in best.chosen if part.bad[number] <= ALONE * worst], proven
 
 
 def _covers_all(part: _NetworkPart, choice: CycleChoice) -> bool:
     """Does every curve of a part bound a cycle of the choice?"""
-    return len(list_users(_of(part, choice))) == len(part.curves)
+    return len(list_users(_of(part, choice.chosen))) == len(part.curves)
 
 
 def _cover_all(
@@ -350,8 +360,8 @@ def _far_from(
     return {i for i, at in nodes.items() if not at & near}
 
 
-def _of(part: _NetworkPart, choice: CycleChoice) -> list[Cycle]:
-    return [part.cycles[i] for i in choice.chosen]
+def _of(part: _NetworkPart, numbers: Sequence[int]) -> list[Cycle]:
+    return [part.cycles[i] for i in numbers]
 
 
 def _surface(

@@ -40,7 +40,7 @@ class FoundCycles:
     """The cycles of a network.
 
     cycles:      the cycles; neighbours walk a shared curve in opposite senses where the surface
-                 can be oriented.
+                 can be oriented. Walls, which stand on curves of two others, come last.
     dangling:    numbers of curves that end where nothing goes on, and bound nothing.
     unused:      numbers of other curves that bound no cycle.
     once:        numbers of curves that bound one cycle only: the surface's boundary.

@@ -190,8 +190,11 @@ def _guess_curve(line: Points) -> tuple[Floats, Floats, Points, Points]:
     if len(around) > 2:
         steps = np.diff(around, axis=0)
         size = np.linalg.norm(steps, axis=1)[:, None]
+        # Steps so short beside the network that their squares vanish have no direction.
+        unit = steps / np.where(size > 0.0, size, 1.0)
+        both = size[1:] + size[:-1]
         within = slice(None) if closed else slice(1, -1)
-        bends[within] = 2.0 * np.diff(steps / size, axis=0) / (size[1:] + size[:-1])
+        bends[within] = 2.0 * np.diff(unit, axis=0) / np.where(both > 0.0, both, 1.0)
         turning[within] = measure_turning(around)
     # What is no smooth sample is as its neighbour across the edge.
     smooth = turning <= CORNER_ANGLE
