@@ -305,11 +305,11 @@ def begun(ground: Ground, source: PatternSource, surface: bytes, why: Counter[st
 @dataclass
 class Tally:
     """What came of all calls so far. why: they were refused, and how often. slowest: by tool, in
-    seconds of the processor."""
+    seconds of the processor, and the number of the call."""
 
     outcomes: Counter[str] = field(default_factory=Counter)
     why: Counter[str] = field(default_factory=Counter)
-    slowest: dict[str, float] = field(default_factory=dict)
+    slowest: dict[str, tuple[float, int]] = field(default_factory=dict)
     failures: list[dict[str, object]] = field(default_factory=list)
     started: float = field(default_factory=time.perf_counter)
     told: float = field(default_factory=time.perf_counter)
@@ -330,8 +330,8 @@ class Tally:
             }
         )
 
-    def add_time(self, tool: str, seconds: float) -> None:
-        self.slowest[tool] = max(self.slowest.get(tool, 0.0), seconds)
+    def add_time(self, number: int, tool: str, seconds: float) -> None:
+        self.slowest[tool] = max(self.slowest.get(tool, (0.0, 0)), (seconds, number))
 
     def tell_progress(self, number: int, total: int) -> None:
         """Say how far calls are, if that was not said for a while."""
@@ -347,7 +347,7 @@ class Tally:
             f"{number:,} of {total:,} calls, {done:,} changed something, "
             f"{len(self.failures)} failures, {now - self.started:.0f} s "
             f"({time.process_time():.0f} of the processor), {memory:.0f} MB at most; slowest: "
-            + ", ".join(f"{name} {seconds:.1f} s" for name, seconds in slow),
+            + ", ".join(f"{name} {seconds:.1f} s (call {n})" for name, (seconds, n) in slow),
             file=sys.stderr,
             flush=True,
         )
@@ -359,7 +359,10 @@ class Tally:
             "seconds of the processor": round(time.process_time(), 1),
             "outcomes": dict(sorted(self.outcomes.items())),
             "refused": dict(self.why.most_common()),
-            "slowest": {name: round(t, 2) for name, t in sorted(self.slowest.items())},
+            "slowest": {
+                name: {"seconds": round(seconds, 2), "call": number}
+                for name, (seconds, number) in sorted(self.slowest.items())
+            },
             "failures": self.failures,
         }
 
@@ -397,7 +400,7 @@ def main() -> int:
             except Exception as error:
                 tally.add_failure(number, call, error, watch)
                 watch = begun(ground, source, surface, tally.why)
-            tally.add_time(call.tool, time.process_time() - before)
+            tally.add_time(number, call.tool, time.process_time() - before)
     document = {
         "surface": options.surface,
         "seed": options.seed,

@@ -88,6 +88,27 @@ BARE_SEEDS = 3
 LONGEST_LOOP = 2.0
 
 
+#: Quads of drafts that came out unsound, after which no more are tried: a dozen seconds of work.
+MOST_IN_VAIN = 6000
+
+#: Of these as many for the half of a symmetric surface: what is left is for the whole.
+IN_VAIN_BY_HALVES = 2000
+
+
+@dataclass(slots=True)
+class Patience:
+    """How many quads of unsound drafts may yet be made, counted on the ground that is worked on."""
+
+    left: float = MOST_IN_VAIN
+
+    @property
+    def spent(self) -> bool:
+        return self.left <= 0
+
+    def spend(self, quads: float) -> None:
+        self.left -= quads
+
+
 @dataclass(frozen=True, slots=True)
 class DraftSetting:
     """alignment: how much directions of curvature weigh. merging: singularities of opposed
@@ -249,15 +270,20 @@ def propose_draft(
     sizes: Sizes,
     source: PatternSource,
     half: Half | None = None,
+    patience: Patience | None = None,
+    enough: int = TRIED,
 ) -> ProposedDraft:
     """The best draft of all settings.
 
     network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
     on which lines end; what patches cover stays as it is. half: that the ground is of a symmetric
-    surface, if it is one: quads are fitted to both sides, and what is told is of both.
+    surface, if it is one: quads are fitted to both sides, and what is told is of both. patience:
+    when it is spent no other setting is tried. enough: so many settings are tried where one of them
+    is sound.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
     given, and where no setting comes to a mesh that is whole and near to the surface.
     """
+    patience = patience or Patience()
     check_ground(ground)
     faces = list_kept_faces(network)
     if faces:
@@ -286,7 +312,8 @@ def propose_draft(
     solvers: dict[float, FieldSolver] = {}
     why = ""
     for tried, setting in enumerate(SETTINGS, 1):
-        if tried > TRIED and best is not None and best.sound:
+        sound = best is not None and best.sound
+        if (tried > enough and sound) or (patience.spent and not sound and tried > 1):
             break
         if setting.alignment not in solvers:
             solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
@@ -303,6 +330,8 @@ def propose_draft(
         found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
         found = fit_quads(found, ground, samples, sizes, one.laid, network.patches)
         made = ProposedDraft.of(found, judge)
+        if not made.sound:
+            patience.spend(made.report.quads / (1 if half is None else 2))
         if best is None or made.rank < best.rank:
             best = made
         if judge.is_lopsided(found, made.report):

@@ -9,12 +9,11 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
-from patterndb_sketch.retopo.draft.byparts import EDGES, propose_by_parts
+from patterndb_sketch.retopo.draft.byparts import EDGES, fill_as_placed, propose_by_parts
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft
+from patterndb_sketch.retopo.draft.proposing import IN_VAIN_BY_HALVES, ProposedDraft
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
@@ -56,36 +55,40 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     best = _draft_by_halves(work, state, ground) if a["symmetry"] else _draft(work, state, ground)
     if not best.made.sound:
         raise RefusedError(
-            f"no draft: there would be {'; '.join(best.made.flaws)}, and with other edges, too; "
+            f"no draft: there would be {'; '.join(best.made.flaws)}, by all that was tried; "
             "take another edge, mend the surface there, or draw by hand"
         )
     if ground is not work.ground:
         try:
-            _refuse_touching(work, best)
+            best = _fill_touching(work, best)
         except RefusedError as error:
             if best.state.plane is state.plane:
                 raise
-            best = _give_up_halves(_draft(work, state, ground), str(error))
-            _refuse_touching(work, best)
+            whole = _give_up_halves(_draft(work, state, ground), str(error))
+            best = _fill_touching(work, whole)
     now = replace(best.state, network=best.made.network)
     return Result(now, (*told, *best.notes, *_describe(best.made)))
 
 
-def _refuse_touching(work: ToolWork, draft: _MadeDraft) -> None:
-    """RefusedError, with the place, for a draft of a ground that was parted whose quads are not
-    sound on the ground as it is, where parts touch."""
+def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
+    """A draft of a ground that was parted, filled on the ground as it is.
+
+    Raises RefusedError, with the place, where its quads are not sound there: where parts touch.
+    """
     state = replace(draft.state, network=draft.made.network)
     half, ground = work.half, work.ground
     if half is None and state.plane is not None:
         half = cut_half(work.ground, state.plane)
         ground = half.ground
-    found = fill_network(state.network, ground, work.source, state.sizes.edge)
+    placed = draft.made.found.placed
+    found = fill_as_placed(state.network, ground, work.source, state.sizes.edge, placed)
     made = ProposedDraft.of(found, DraftJudge(ground, half))
     if not made.sound:
         raise RefusedError(
             f"no draft: there would be {'; '.join(made.flaws) or 'regions without quads'}, where "
             "parts of the surface touch; part them, or draw by hand"
         )
+    return replace(draft, made=made)
 
 
 def _list_edges(ground: Ground) -> tuple[float, float]:
@@ -114,9 +117,18 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
             at = format_place(_find_in_plane(ground, half))
             raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
         seam = begin_symmetry(work.network, half, state.sizes.sampling).network
+        # Where a seam alone closes a loop it is a patch: of a draft its lines are to go there.
+        seam = replace(seam, patches={})
         if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
             return _draft(work, state, ground)
-        made = propose_by_parts(seam, half.ground, state.sizes, work.source, half).made
+        made = propose_by_parts(
+            seam,
+            half.ground,
+            state.sizes,
+            work.source,
+            half,
+            most_in_vain=IN_VAIN_BY_HALVES,
+        ).made
     except RefusedError as error:
         return _give_up_halves(_draft(work, state, ground), str(error))
     said = f"symmetry is on: {found.describe()}"
