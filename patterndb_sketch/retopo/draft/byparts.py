@@ -34,7 +34,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, set_choice
-from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
 from query.engine import PatternSource
@@ -258,7 +258,7 @@ def take_triangles(
 def share_chains(
     network: Network, ground: Ground, parts: GroundParts, sampling: float
 ) -> dict[int, int]:
-    """The part of every chain of a network of borders and seams."""
+    """The part of every chain of a network of borders and seams; chains that meet are of one."""
     border = ground.topology.border
     tail = ground.vertices[ground.triangles.ravel()[border]]
     head = ground.vertices[ground.triangles[border // 3, (border % 3 + 1) % 3]]
@@ -271,11 +271,17 @@ def share_chains(
     places = tail[side] + share * (head - tail)[side]
     tree = KDTree(np.concatenate([places, weight * units(head - tail)[side]], axis=1))
     found: dict[int, int] = {}
-    for number, chain in network.chains.items():
-        points, ahead = _take_steps(chain)
-        _, nearest = tree.query(np.concatenate([points, weight * ahead], axis=1))
-        part = parts.part[border[side[nearest]] // 3]
-        found[number] = int(np.bincount(part).argmax())
+    left = set(network.chains)
+    while left:
+        joined = find_joined_chains(network.nodes, network.chains, min(left))
+        votes = np.zeros(parts.parts, np.int64)
+        for number in sorted(joined):
+            points, ahead = _take_steps(network.chains[number])
+            _, nearest = tree.query(np.concatenate([points, weight * ahead], axis=1))
+            part = parts.part[border[side[nearest]] // 3]
+            votes += np.bincount(part, minlength=parts.parts)
+        found |= dict.fromkeys(joined, int(votes.argmax()))
+        left -= joined
     return found
 
 
