@@ -7,7 +7,7 @@ together are the draft.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, units
+from patterndb.system.underway import told_underway
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
 from patterndb_sketch.retopo.draft.proposing import (
     MOST_IN_VAIN,
@@ -54,8 +55,13 @@ CLOSING, MOST_QUADS = 0.9, 1.8
 #: than the flat parts of an edge.
 SAME_PLACE = 1e-9
 
-#: Of a part with no more than this share of the surface's area the first sound draft is taken.
-SMALL = 0.03
+#: Of a part with no more than this share of the surface's area the first sound draft is taken, and
+#: such edges are tried, too: what is thin, as buttons are, has quads around its rim then.
+SMALL, FINER = 0.03, (0.5, 0.35)
+
+#: Edges of a draft are no shorter than this part of the diagonal: they give a hundred thousand
+#: quads.
+LEAST_EDGE = 0.004
 
 #: Borders of two parts may lie on each other, in opposite directions: where one runs counts as
 #: much as being this part of a sampling away.
@@ -85,13 +91,28 @@ def propose_by_parts(
     most_in_vain: after unsound drafts of so many quads nothing else is tried.
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
+    with told_underway("drafting" if half is None else "drafting one half") as tell:
+        patience = Patience(most_in_vain)
+        return _propose_all(network, ground, sizes, source, half, edges, patience, tell)
+
+
+def _propose_all(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    source: PatternSource,
+    half: Half | None,
+    edges: Sequence[float],
+    patience: Patience,
+    tell: Callable[[float], None],
+) -> PartsDraft:
     parts = GroundParts.of(ground)
-    patience = Patience(most_in_vain)
     bare = all(chain.marked for chain in network.chains.values()) and not network.patches
     if not bare or not 1 < parts.parts <= MOST_PARTS:
-        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0, patience)
+        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0, patience, tell)
     told: list[str] = []
     alone: dict[int, PlacedPatch] = {}
+    done = 0.0
     total = float(ground.surface.areas.sum())
     own = share_chains(network, ground, parts, sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
@@ -107,7 +128,9 @@ def propose_by_parts(
             ground=part,
         )
         share = float(part.surface.areas.sum()) / total
+        tell(done)
         one = _propose_by_edges(begun, part, sizes, source, half_part, edges, share, patience)
+        done += share
         made = one.made
         if not made.sound and not _may_be_covered(made, part, half_part, ground, parts.part == k):
             # With it nothing is sound, whatever the other parts come to.
@@ -180,19 +203,22 @@ def _propose_by_edges(
     edges: Sequence[float],
     share: float,
     patience: Patience,
+    tell: Callable[[float], None] | None = None,
 ) -> PartsDraft:
     """The first draft that is sound, with edges of several lengths, or the best.
 
     share: of the part in the whole surface's area."""
     best: PartsDraft | None = None
     why: RefusedError | None = None
-    left = list(edges)
-    enough = TRIED if share > SMALL else 1
+    left, enough = list(edges), TRIED
+    if share <= SMALL:
+        finer = [times for times in FINER if times * sizes.edge >= LEAST_EDGE * ground.diagonal]
+        left, enough = [*left, *finer], 1
     while left and not (patience.spent and (best or why)):
         times = left.pop(0)
         tried = replace(sizes, edge=times * sizes.edge)
         try:
-            made = propose_draft(network, ground, tried, source, half, patience, enough)
+            made = propose_draft(network, ground, tried, source, half, patience, enough, tell)
         except RefusedError as error:
             if why is None and isinstance(error, LaceError):
                 finer = CLOSING * error.edge / sizes.edge

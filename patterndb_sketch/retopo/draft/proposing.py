@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -272,6 +272,7 @@ def propose_draft(
     half: Half | None = None,
     patience: Patience | None = None,
     enough: int = TRIED,
+    tell: Callable[[float], None] | None = None,
 ) -> ProposedDraft:
     """The best draft of all settings.
 
@@ -279,7 +280,7 @@ def propose_draft(
     on which lines end; what patches cover stays as it is. half: that the ground is of a symmetric
     surface, if it is one: quads are fitted to both sides, and what is told is of both. patience:
     when it is spent no other setting is tried. enough: so many settings are tried where one of them
-    is sound.
+    is sound. tell: is told before each which share of all settings is done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
     given, and where no setting comes to a mesh that is whole and near to the surface.
     """
@@ -315,6 +316,8 @@ def propose_draft(
         sound = best is not None and best.sound
         if (tried > enough and sound) or (patience.spent and not sound and tried > 1):
             break
+        if tell is not None:
+            tell((tried - 1) / len(SETTINGS))
         if setting.alignment not in solvers:
             solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
         field = solvers[setting.alignment].solve(setting.merging * sizes.edge)

@@ -9,7 +9,12 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
-from patterndb_sketch.retopo.draft.byparts import EDGES, fill_as_placed, propose_by_parts
+from patterndb_sketch.retopo.draft.byparts import (
+    EDGES,
+    LEAST_EDGE,
+    fill_as_placed,
+    propose_by_parts,
+)
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import IN_VAIN_BY_HALVES, ProposedDraft
@@ -21,9 +26,8 @@ from patterndb_sketch.retopo.symmetry import Half, begin_symmetry, cut_half, pro
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.wording import count_places, format_place
 
-#: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
-#: than 0.004 give a hundred thousand quads, for which a draft is not made.
-LEAST_EDGE, MOST_EDGE = 0.004, 0.15
+#: Edges of a draft, in parts of the surface's diagonal, are no longer: they would leave no shape.
+MOST_EDGE = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
