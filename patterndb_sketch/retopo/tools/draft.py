@@ -58,8 +58,9 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         told = (f"parts of the surface touch in {said}: drafted as if they did not",)
     best = _draft_by_halves(work, state, ground) if a["symmetry"] else _draft(work, state, ground)
     if not best.made.sound:
+        where = f"; {told[0]}" if told else ""
         raise RefusedError(
-            f"no draft: there would be {'; '.join(best.made.flaws)}, by all that was tried; "
+            f"no draft: there would be {'; '.join(best.made.flaws)}, by all that was tried{where}; "
             "take another edge, mend the surface there, or draw by hand"
         )
     if ground is not work.ground:
@@ -71,7 +72,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             whole = _give_up_halves(_draft(work, state, ground), str(error))
             best = _fill_touching(work, whole)
     now = replace(best.state, network=best.made.network)
-    return Result(now, (*told, *best.notes, *_describe(best.made)))
+    return Result(now, (*told, *best.notes, *_describe(best)))
 
 
 def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
@@ -160,15 +161,19 @@ def _find_in_plane(ground: Ground, half: Half) -> Points:
     return ground.vertices[ground.triangles[off.argmin()]].mean(axis=0)
 
 
-def _describe(made: ProposedDraft) -> tuple[str, ...]:
+def _describe(draft: _MadeDraft) -> tuple[str, ...]:
     """What came of it, in words."""
-    report = made.report
+    report = draft.made.report
     off = 100 * max(report.to_ground, report.from_ground)
+    own = len(draft.made.network.patches)
+    patches = "1 patch" if own == 1 else f"{own} patches"
+    if draft.state.plane is not None:
+        patches += " on each side"
     said = (
-        f"{sum(report.patches.values())} patches, {report.quads} quads, "
+        f"{patches}, {report.quads} quads, "
         f"{sum(report.irregular.values())} irregular vertices, {off:.2g} % off at most"
     )
-    return (said, *made.flaws)
+    return (said, *draft.made.flaws)
 
 
 DRAFT = Tool(
