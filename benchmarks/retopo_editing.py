@@ -370,11 +370,14 @@ class Tally:
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random calls of all tools of retopology.")
     parser.add_argument("--calls", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0, help="go on with this call of a longer run")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--surface", default="plane", help="plane, ball, or a mesh file")
     parser.add_argument("--verbose", action="store_true", help="say every call before it is made")
     parser.add_argument("--failures", type=int, default=20, help="failures that are enough")
     options = parser.parse_args()
+    if options.first % CALLS_A_DRAWING:
+        parser.error(f"--first {options.first}: drawings begin at multiples of {CALLS_A_DRAWING}")
     ground = ground_of(options.surface)
     surface = surface_bytes(ground)
     tally = Tally()
@@ -383,10 +386,10 @@ def main() -> int:
         signal.signal(one, lambda number, _: stopped.append(number))
     with patterndb.open() as source:
         watch = begun(ground, source, surface, tally.why)
-        for number in range(options.calls):
+        for number in range(options.first, options.first + options.calls):
             if stopped or len(tally.failures) >= options.failures:
                 break
-            tally.tell_progress(number, options.calls)
+            tally.tell_progress(number - options.first, options.calls)
             # Of the number alone, so that a drawing is the same however many there are.
             rng = np.random.default_rng([options.seed, number])
             if number % CALLS_A_DRAWING == 0:
@@ -404,6 +407,7 @@ def main() -> int:
     document = {
         "surface": options.surface,
         "seed": options.seed,
+        "first": options.first,
         "calls": tally.calls,
         "of": options.calls,
         **tally.describe(),

@@ -16,6 +16,7 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, units
 from patterndb.system.underway import told_underway
+from patterndb_sketch.retopo.draft.assembly import RoundRegionError
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
 from patterndb_sketch.retopo.draft.proposing import (
     MOST_IN_VAIN,
@@ -210,6 +211,7 @@ def _propose_by_edges(
     share: of the part in the whole surface's area."""
     best: PartsDraft | None = None
     why: RefusedError | None = None
+    bare = all(chain.marked for chain in network.chains.values())
     left, enough = list(edges), TRIED
     if share <= SMALL:
         finer = [times for times in FINER if times * sizes.edge >= LEAST_EDGE * ground.diagonal]
@@ -225,6 +227,9 @@ def _propose_by_edges(
                 if share <= MOST_QUADS * finer**2:
                     left = [finer]
             why = error if why is None else why
+            if best is None and isinstance(error, RoundRegionError) and not bare:
+                # Around what is drawn; other edges have it, too.
+                raise
             continue
         if best is None or made.rank < best.made.rank:
             told: tuple[str, ...] = ()

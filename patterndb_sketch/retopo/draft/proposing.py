@@ -78,6 +78,9 @@ AT_NODE = 0.35
 #: field has no singularity, needs one.
 MOST_SEEDS = 12
 
+#: Where so many of these leave the same region without corners no other is tried.
+SAME_REGION = 3
+
 #: As many are tried on a bare surface with a region that has no corners, as one that is a tube.
 BARE_SEEDS = 3
 
@@ -88,8 +91,15 @@ BARE_SEEDS = 3
 LONGEST_LOOP = 2.0
 
 
-#: Quads of drafts that came out unsound, after which no more are tried: a dozen seconds of work.
+#: Quads of drafts that came out unsound, or what takes as long, after which nothing else is tried:
+#: a dozen seconds of work.
 MOST_IN_VAIN = 6000
+
+#: Laying so many edges of a line takes as long as making a quad does.
+EDGES_A_QUAD = 4.0
+
+#: So is finding a field on so many triangles.
+TRIANGLES_A_QUAD = 40.0
 
 #: Of these as many for the half of a symmetric surface: what is left is for the whole.
 IN_VAIN_BY_HALVES = 2000
@@ -148,10 +158,16 @@ class DraftedNetwork:
 
 
 def draft_network(
-    network: Network, ground: Ground, sizes: Sizes, setting: DraftSetting, field: CrossField
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    setting: DraftSetting,
+    field: CrossField,
+    patience: Patience | None = None,
 ) -> DraftedNetwork:
     """One try, with the field of its setting; raises RefusedError, with the place, where it comes
-    to nothing."""
+    to nothing. patience: is spent on lines that come to nothing; no further ones follow then."""
+    patience = patience or Patience()
     walls = Walls(network, AT_NODE * sizes.edge)
     total, due = int(field.index.sum()), 4 * field.mesh.euler
     if total != due:
@@ -170,16 +186,25 @@ def draft_network(
     regular = RegularParts.of(field, ground)
     laid: tuple[Network, frozenset[int]] | None = None
     why = "some regions would be rings or handles; draw by hand"
+    again = 0
     for tried in range(MOST_SEEDS + 1):
+        if tried and patience.spent:
+            break
+        before = patience.left
         try:
-            found = _lay_field(network, ground, sizes, field, walls, seeds)
+            found = _lay_field(network, ground, sizes, field, walls, seeds, patience)
         except RoundRegionError as error:
             # A bare surface that goes on coming out so is too thin for its edges.
             if walls.bare and tried == BARE_SEEDS:
                 raise
+            again = again + 1 if str(error) == why else 1
             found, why = None, str(error)
+            if again == SAME_REGION:
+                # Further places cut other regions, and not this one.
+                raise
         if found is not None and is_cellular(found[0], ground):
             laid = found
+            patience.left = before
             if not _has_long_patch(found[0], ground, regular):
                 break
         seeds.append(_find_seed(field, regular, seeds))
@@ -282,7 +307,8 @@ def propose_draft(
     when it is spent no other setting is tried. enough: so many settings are tried where one of them
     is sound. tell: is told before each which share of all settings is done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
-    given, and where no setting comes to a mesh that is whole and near to the surface.
+    given, and where no setting comes to a mesh that is whole and near to the surface;
+    RoundRegionError where the same region has too few corners by two settings.
     """
     patience = patience or Patience()
     check_ground(ground)
@@ -311,7 +337,7 @@ def propose_draft(
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
     solvers: dict[float, FieldSolver] = {}
-    why = ""
+    why: list[str] = []
     for tried, setting in enumerate(SETTINGS, 1):
         sound = best is not None and best.sound
         if (tried > enough and sound) or (patience.spent and not sound and tried > 1):
@@ -326,9 +352,17 @@ def propose_draft(
             continue
         done.add(key)
         try:
-            one = draft_network(network, ground, sizes, setting, field)
+            one = draft_network(network, ground, sizes, setting, field, patience)
+        except RoundRegionError as error:
+            patience.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+            if best is None and str(error) in why:
+                # By two settings the same region: it is in what is drawn.
+                raise RoundRegionError(f"no draft: {error}") from error
+            why.append(str(error))
+            continue
         except RefusedError as error:
-            why = why or str(error)
+            patience.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+            why.append(str(error))
             continue
         found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
         found = fit_quads(found, ground, samples, sizes, one.laid, network.patches)
@@ -340,7 +374,7 @@ def propose_draft(
         if judge.is_lopsided(found, made.report):
             break
     if best is None:
-        raise RefusedError(f"no draft: {why}")
+        raise RefusedError(f"no draft: {why[0]}")
     judge.refuse_bad(best.report, best.found)
     return best
 
@@ -435,9 +469,10 @@ def _lay_field(
     field: CrossField,
     walls: Walls,
     seeds: list[int],
+    patience: Patience,
 ) -> tuple[Network, frozenset[int]] | None:
     """The network of a field's separatrices, and which of its chains are theirs; None if a line
-    runs on and on."""
+    runs on and on. patience: is spent on the lines."""
     mesh = field.mesh
     starts = start_at_vertices(field, [*field.singular.tolist(), *seeds])
     arcs = find_arcs(field, starts, sizes.edge)
@@ -449,6 +484,7 @@ def _lay_field(
     left = starts[free]
     longest = LONGEST_TRACE * mesh.ground.diagonal
     traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
+    patience.spend(float(traced.length.sum()) / (EDGES_A_QUAD * sizes.edge))
     if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
         return None
     joints = _Joints(field, walls, starts)
