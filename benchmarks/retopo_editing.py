@@ -342,7 +342,7 @@ class Tally:
         # Kilobytes, on Linux.
         memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
         done = sum(n for name, n in self.outcomes.items() if name.endswith(": done"))
-        slow = sorted(self.slowest.items(), key=lambda item: -item[1])[:3]
+        slow = sorted(self.slowest.items(), key=lambda item: -item[1][0])[:3]
         print(
             f"{number:,} of {total:,} calls, {done:,} changed something, "
             f"{len(self.failures)} failures, {now - self.started:.0f} s "
@@ -404,6 +404,8 @@ def main() -> int:
                 tally.add_failure(number, call, error, watch)
                 watch = begun(ground, source, surface, tally.why)
             tally.add_time(number, call.tool, time.process_time() - before)
+    tally.told = -TOLD_AFTER
+    tally.tell_progress(tally.calls, options.calls)
     document = {
         "surface": options.surface,
         "seed": options.seed,

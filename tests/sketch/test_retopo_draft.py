@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import re
+import signal
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -16,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import sphere
 
+from patterndb_sketch.retopo.counts import choosing
 from patterndb_sketch.retopo.draft import byparts, handles, proposing
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
@@ -686,3 +690,32 @@ def test_a_tube_that_is_open_at_both_ends_is_drafted(source: PatternSource) -> N
     _, made = drafted(Ground.of(points, faces), source, edge=0.4, symmetry=False)
     assert made.unfilled == made.flipped == made.tangled == 0
     assert made.euler == 0 and max(made.to_ground, made.from_ground) < 0.02
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signal(2) of the C library")
+def test_choosing_counts_leaves_ctrl_c_to_python(
+    source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # OR-Tools puts the system's default in the place of whatever handled it.
+    library = ctypes.CDLL(None)
+    library.signal.restype, library.signal.argtypes = (
+        ctypes.c_void_p,
+        (ctypes.c_int, ctypes.c_void_p),
+    )
+
+    def find_handler() -> int | None:
+        now = library.signal(signal.SIGINT, None)
+        library.signal(signal.SIGINT, now)
+        return now
+
+    solved: list[int] = []
+    solve = choosing.solve_ball
+
+    def count(*given: Any) -> Any:
+        solved.append(1)
+        return solve(*given)
+
+    monkeypatch.setattr(choosing, "solve_ball", count)
+    before = find_handler()
+    drafted(bean(), source, edge=0.3)
+    assert solved and find_handler() == before
