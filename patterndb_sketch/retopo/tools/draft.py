@@ -126,18 +126,19 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
         seam = replace(seam, patches={})
         if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
             return _draft(work, state, ground)
-        made = propose_by_parts(
+        by_parts = propose_by_parts(
             seam,
             half.ground,
             state.sizes,
             work.source,
             half,
             most_in_vain=IN_VAIN_BY_HALVES,
-        ).made
+        )
     except RefusedError as error:
         return _give_up_halves(_draft(work, state, ground), str(error))
     said = f"symmetry is on: {found.describe()}"
-    by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said,))
+    made = by_parts.made
+    by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said, *by_parts.notes))
     if made.sound:
         return by_halves
     try:
