@@ -22,8 +22,8 @@ from patterndb_sketch.retopo.draft.proposing import (
     MOST_IN_VAIN,
     TRIED,
     WRONG,
+    DraftBudget,
     LaceError,
-    Patience,
     ProposedDraft,
     propose_draft,
 )
@@ -93,8 +93,8 @@ def propose_by_parts(
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
     with told_underway("drafting" if half is None else "drafting one half") as tell:
-        patience = Patience(most_in_vain)
-        return _propose_all(network, ground, sizes, source, half, edges, patience, tell)
+        budget = DraftBudget(most_in_vain)
+        return _propose_all(network, ground, sizes, source, half, edges, budget, tell)
 
 
 def _propose_all(
@@ -104,13 +104,13 @@ def _propose_all(
     source: PatternSource,
     half: Half | None,
     edges: Sequence[float],
-    patience: Patience,
+    budget: DraftBudget,
     tell: Callable[[float], None],
 ) -> PartsDraft:
     parts = GroundParts.of(ground)
     bare = all(chain.marked for chain in network.chains.values()) and not network.patches
     if not bare or not 1 < parts.parts <= MOST_PARTS:
-        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0, patience, tell)
+        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0, budget, tell)
     told: list[str] = []
     alone: dict[int, PlacedPatch] = {}
     done = 0.0
@@ -130,7 +130,7 @@ def _propose_all(
         )
         share = float(part.surface.areas.sum()) / total
         tell(done)
-        one = _propose_by_edges(begun, part, sizes, source, half_part, edges, share, patience)
+        one = _propose_by_edges(begun, part, sizes, source, half_part, edges, share, budget)
         done += share
         made = one.made
         if not made.sound and not _may_be_covered(made, part, half_part, ground, parts.part == k):
@@ -203,7 +203,7 @@ def _propose_by_edges(
     half: Half | None,
     edges: Sequence[float],
     share: float,
-    patience: Patience,
+    budget: DraftBudget,
     tell: Callable[[float], None] | None = None,
 ) -> PartsDraft:
     """The first draft that is sound, with edges of several lengths, or the best.
@@ -216,11 +216,11 @@ def _propose_by_edges(
     if share <= SMALL:
         finer = [times for times in FINER if times * sizes.edge >= LEAST_EDGE * ground.diagonal]
         left, enough = [*left, *finer], 1
-    while left and not (patience.spent and (best or why)):
+    while left and not (budget.spent and (best or why)):
         times = left.pop(0)
         tried = replace(sizes, edge=times * sizes.edge)
         try:
-            made = propose_draft(network, ground, tried, source, half, patience, enough, tell)
+            made = propose_draft(network, ground, tried, source, half, budget, enough, tell)
         except RefusedError as error:
             if why is None and isinstance(error, LaceError):
                 finer = CLOSING * error.edge / sizes.edge

@@ -106,7 +106,7 @@ IN_VAIN_BY_HALVES = 2000
 
 
 @dataclass(slots=True)
-class Patience:
+class DraftBudget:
     """How many quads of unsound drafts may yet be made, counted on the ground that is worked on."""
 
     left: float = MOST_IN_VAIN
@@ -163,11 +163,11 @@ def draft_network(
     sizes: Sizes,
     setting: DraftSetting,
     field: CrossField,
-    patience: Patience | None = None,
+    budget: DraftBudget | None = None,
 ) -> DraftedNetwork:
     """One try, with the field of its setting; raises RefusedError, with the place, where it comes
-    to nothing. patience: is spent on lines that come to nothing; no further ones follow then."""
-    patience = patience or Patience()
+    to nothing. budget: is spent on lines that come to nothing; no further ones follow then."""
+    budget = budget or DraftBudget()
     walls = Walls(network, AT_NODE * sizes.edge)
     total, due = int(field.index.sum()), 4 * field.mesh.euler
     if total != due:
@@ -188,11 +188,11 @@ def draft_network(
     why = "some regions would be rings or handles; draw by hand"
     again = 0
     for tried in range(MOST_SEEDS + 1):
-        if tried and patience.spent:
+        if tried and budget.spent:
             break
-        before = patience.left
+        before = budget.left
         try:
-            found = _lay_field(network, ground, sizes, field, walls, seeds, patience)
+            found = _lay_field(network, ground, sizes, field, walls, seeds, budget)
         except RoundRegionError as error:
             # A bare surface that goes on coming out so is too thin for its edges.
             if walls.bare and tried == BARE_SEEDS:
@@ -201,10 +201,12 @@ def draft_network(
             found, why = None, str(error)
             if again == SAME_REGION:
                 # Further places cut other regions, and not this one.
-                raise
+                if laid is None:
+                    raise
+                break
         if found is not None and is_cellular(found[0], ground):
             laid = found
-            patience.left = before
+            budget.left = before
             if not _has_long_patch(found[0], ground, regular):
                 break
         seeds.append(_find_seed(field, regular, seeds))
@@ -295,7 +297,7 @@ def propose_draft(
     sizes: Sizes,
     source: PatternSource,
     half: Half | None = None,
-    patience: Patience | None = None,
+    budget: DraftBudget | None = None,
     enough: int = TRIED,
     tell: Callable[[float], None] | None = None,
 ) -> ProposedDraft:
@@ -303,14 +305,14 @@ def propose_draft(
 
     network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
     on which lines end; what patches cover stays as it is. half: that the ground is of a symmetric
-    surface, if it is one: quads are fitted to both sides, and what is told is of both. patience:
+    surface, if it is one: quads are fitted to both sides, and what is told is of both. budget:
     when it is spent no other setting is tried. enough: so many settings are tried where one of them
     is sound. tell: is told before each which share of all settings is done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
     given, and where no setting comes to a mesh that is whole and near to the surface;
     RoundRegionError where the same region has too few corners by two settings.
     """
-    patience = patience or Patience()
+    budget = budget or DraftBudget()
     check_ground(ground)
     faces = list_kept_faces(network)
     if faces:
@@ -340,7 +342,7 @@ def propose_draft(
     why: list[str] = []
     for tried, setting in enumerate(SETTINGS, 1):
         sound = best is not None and best.sound
-        if (tried > enough and sound) or (patience.spent and not sound and tried > 1):
+        if (tried > enough and sound) or (budget.spent and not sound and tried > 1):
             break
         if tell is not None:
             tell((tried - 1) / len(SETTINGS))
@@ -352,23 +354,23 @@ def propose_draft(
             continue
         done.add(key)
         try:
-            one = draft_network(network, ground, sizes, setting, field, patience)
+            one = draft_network(network, ground, sizes, setting, field, budget)
         except RoundRegionError as error:
-            patience.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
             if best is None and str(error) in why:
                 # By two settings the same region: it is in what is drawn.
                 raise RoundRegionError(f"no draft: {error}") from error
             why.append(str(error))
             continue
         except RefusedError as error:
-            patience.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
             why.append(str(error))
             continue
         found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
         found = fit_quads(found, ground, samples, sizes, one.laid, network.patches)
         made = ProposedDraft.of(found, judge)
         if not made.sound:
-            patience.spend(made.report.quads / (1 if half is None else 2))
+            budget.spend(made.report.quads / (1 if half is None else 2))
         if best is None or made.rank < best.rank:
             best = made
         if judge.is_lopsided(found, made.report):
@@ -469,10 +471,10 @@ def _lay_field(
     field: CrossField,
     walls: Walls,
     seeds: list[int],
-    patience: Patience,
+    budget: DraftBudget,
 ) -> tuple[Network, frozenset[int]] | None:
     """The network of a field's separatrices, and which of its chains are theirs; None if a line
-    runs on and on. patience: is spent on the lines."""
+    runs on and on. budget: is spent on the lines."""
     mesh = field.mesh
     starts = start_at_vertices(field, [*field.singular.tolist(), *seeds])
     arcs = find_arcs(field, starts, sizes.edge)
@@ -484,7 +486,7 @@ def _lay_field(
     left = starts[free]
     longest = LONGEST_TRACE * mesh.ground.diagonal
     traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
-    patience.spend(float(traced.length.sum()) / (EDGES_A_QUAD * sizes.edge))
+    budget.spend(float(traced.length.sum()) / (EDGES_A_QUAD * sizes.edge))
     if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
         return None
     joints = _Joints(field, walls, starts)
