@@ -11,7 +11,9 @@ for bit; now and then patches are filled, and the session is written and read ba
 InvalidRetopoError, for bad arguments, is raised. A new drawing is begun every so many calls.
 
 Prints one JSON document, the slowest calls by the processor's seconds, with what is then checked;
-exits 1 if there were failures, each with the script that leads there.
+exits 1 if there were failures, each with the script that leads there. How far it is goes to
+stderr, every half minute. Ctrl-C, or the signal TERM, ends it after the call that is under way:
+the document is then of the calls so far, and the exit code is 130.
 """
 
 from __future__ import annotations
@@ -20,6 +22,8 @@ import argparse
 import hashlib
 import json
 import re
+import resource
+import signal
 import sys
 import time
 import traceback
@@ -64,6 +68,9 @@ FEW_CHAINS = 8
 #: How often: a value is absurd, an argument that may be left out is given, patches are filled,
 #: and the session is written and read.
 ABSURD, OPTIONAL, FILLED, SAVED = 0.03, 0.3, 0.15, 0.03
+
+#: Seconds by the clock after which it is told how far calls are.
+TOLD_AFTER = 30.0
 
 #: How often each call is made beside those of the table, which have 1.
 OFTEN = {"stroke": 6.0, "spine": 2.0, "loop": 2.0, "autocomplete": 2.0, "undo": 3.0, "redo": 2.0}
@@ -295,66 +302,123 @@ def begun(ground: Ground, source: PatternSource, surface: bytes, why: Counter[st
     return watch
 
 
+@dataclass
+class Tally:
+    """What came of all calls so far. why: they were refused, and how often. slowest: by tool, in
+    seconds of the processor, and the number of the call."""
+
+    outcomes: Counter[str] = field(default_factory=Counter)
+    why: Counter[str] = field(default_factory=Counter)
+    slowest: dict[str, tuple[float, int]] = field(default_factory=dict)
+    failures: list[dict[str, object]] = field(default_factory=list)
+    started: float = field(default_factory=time.perf_counter)
+    told: float = field(default_factory=time.perf_counter)
+
+    @property
+    def calls(self) -> int:
+        return sum(self.outcomes.values()) + len(self.failures)
+
+    def add_failure(self, number: int, call: Call, error: Exception, watch: Watch) -> None:
+        text = "".join(traceback.format_exception(error)[-4:])
+        print(f"call {number}: {call.tool}: {text}", file=sys.stderr)
+        self.failures.append(
+            {
+                "call": number,
+                "error": f"{type(error).__name__}: {error}",
+                "made": repr(call),
+                "script": list(watch.script),
+            }
+        )
+
+    def add_time(self, number: int, tool: str, seconds: float) -> None:
+        self.slowest[tool] = max(self.slowest.get(tool, (0.0, 0)), (seconds, number))
+
+    def tell_progress(self, number: int, total: int) -> None:
+        """Say how far calls are, if that was not said for a while."""
+        now = time.perf_counter()
+        if number and now - self.told < TOLD_AFTER:
+            return
+        self.told = now
+        # Kilobytes, on Linux.
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        done = sum(n for name, n in self.outcomes.items() if name.endswith(": done"))
+        slow = sorted(self.slowest.items(), key=lambda item: -item[1][0])[:3]
+        print(
+            f"{number:,} of {total:,} calls, {done:,} changed something, "
+            f"{len(self.failures)} failures, {now - self.started:.0f} s "
+            f"({time.process_time():.0f} of the processor), {memory:.0f} MB at most; slowest: "
+            + ", ".join(f"{name} {seconds:.1f} s (call {n})" for name, (seconds, n) in slow),
+            file=sys.stderr,
+            flush=True,
+        )
+
+    def describe(self) -> dict[str, object]:
+        """The figures of the document."""
+        return {
+            "seconds": round(time.perf_counter() - self.started, 1),
+            "seconds of the processor": round(time.process_time(), 1),
+            "outcomes": dict(sorted(self.outcomes.items())),
+            "refused": dict(self.why.most_common()),
+            "slowest": {
+                name: {"seconds": round(seconds, 2), "call": number}
+                for name, (seconds, number) in sorted(self.slowest.items())
+            },
+            "failures": self.failures,
+        }
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description="Random calls of all tools of retopology.")
     parser.add_argument("--calls", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0, help="go on with this call of a longer run")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--surface", default="plane", help="plane, ball, or a mesh file")
     parser.add_argument("--verbose", action="store_true", help="say every call before it is made")
     parser.add_argument("--failures", type=int, default=20, help="failures that are enough")
     options = parser.parse_args()
+    if options.first % CALLS_A_DRAWING:
+        parser.error(f"--first {options.first}: drawings begin at multiples of {CALLS_A_DRAWING}")
     ground = ground_of(options.surface)
     surface = surface_bytes(ground)
-    outcomes: Counter[str] = Counter()
-    why: Counter[str] = Counter()
-    slowest: dict[str, float] = {}
-    failures: list[dict[str, object]] = []
-    started = time.perf_counter()
+    tally = Tally()
+    stopped: list[int] = []
+    for one in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(one, lambda number, _: stopped.append(number))
     with patterndb.open() as source:
-        watch = begun(ground, source, surface, why)
-        for number in range(options.calls):
+        watch = begun(ground, source, surface, tally.why)
+        for number in range(options.first, options.first + options.calls):
+            if stopped or len(tally.failures) >= options.failures:
+                break
+            tally.tell_progress(number - options.first, options.calls)
             # Of the number alone, so that a drawing is the same however many there are.
             rng = np.random.default_rng([options.seed, number])
             if number % CALLS_A_DRAWING == 0:
-                watch = begun(ground, source, surface, why)
+                watch = begun(ground, source, surface, tally.why)
             call = Caller(watch.editor, rng).call()
             if options.verbose:
                 print(number, call.tool, str(dict(call.arguments))[:100], file=sys.stderr)
             before = time.process_time()
             try:
-                outcomes[f"{call.tool}: {watch.step(call, rng)}"] += 1
+                tally.outcomes[f"{call.tool}: {watch.step(call, rng)}"] += 1
             except Exception as error:
-                text = "".join(traceback.format_exception(error)[-4:])
-                print(f"call {number}: {call.tool}: {text}", file=sys.stderr)
-                failures.append(
-                    {
-                        "call": number,
-                        "error": f"{type(error).__name__}: {error}",
-                        "made": repr(call),
-                        "script": list(watch.script),
-                    }
-                )
-                if len(failures) >= options.failures:
-                    break
-                watch = begun(ground, source, surface, why)
-            seconds = time.process_time() - before
-            slowest[call.tool] = max(slowest.get(call.tool, 0.0), seconds)
-    print(
-        json.dumps(
-            {
-                "surface": options.surface,
-                "seed": options.seed,
-                "calls": sum(outcomes.values()) + len(failures),
-                "seconds": round(time.perf_counter() - started, 1),
-                "outcomes": dict(sorted(outcomes.items())),
-                "refused": dict(why.most_common()),
-                "slowest": {name: round(t, 2) for name, t in sorted(slowest.items())},
-                "failures": failures,
-            },
-            indent=1,
-        )
-    )
-    return 1 if failures else 0
+                tally.add_failure(number, call, error, watch)
+                watch = begun(ground, source, surface, tally.why)
+            tally.add_time(number, call.tool, time.process_time() - before)
+    tally.told = -TOLD_AFTER
+    tally.tell_progress(tally.calls, options.calls)
+    document = {
+        "surface": options.surface,
+        "seed": options.seed,
+        "first": options.first,
+        "calls": tally.calls,
+        "of": options.calls,
+        **tally.describe(),
+    }
+    print(json.dumps(document, indent=1))
+    if stopped:
+        print(f"stopped after {tally.calls} of {options.calls} calls", file=sys.stderr)
+        return 130
+    return 1 if tally.failures else 0
 
 
 if __name__ == "__main__":

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import re
+import signal
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,10 +19,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import sphere
 
-from patterndb_sketch.retopo.draft import byparts, proposing
+from patterndb_sketch.retopo.counts import choosing
+from patterndb_sketch.retopo.draft import byparts, handles, proposing
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
+from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import ProposedDraft, check_ground
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
@@ -31,6 +37,7 @@ from patterndb_sketch.retopo.draft.tracing import (
 )
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
@@ -42,6 +49,7 @@ from patterndb_sketch.retopo.network import (
     count_genus,
 )
 from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
 from patterndb_sketch.retopo.tool import ToolWork
@@ -306,16 +314,16 @@ def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: Pattern
 def test_halves_that_are_unsound_where_parts_touch_give_way_to_the_whole(
     source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    refuse = draft._refuse_touching
+    fill = draft._fill_touching
     asked: list[bool] = []
 
-    def refuse_halves(work: ToolWork, made: draft._MadeDraft) -> None:
+    def refuse_halves(work: ToolWork, made: draft._MadeDraft) -> draft._MadeDraft:
         asked.append(made.state.plane is not None)
         if asked[-1]:
             raise RefusedError("no draft: there would be a flipped quad at (1, 0, 0)")
-        refuse(work, made)
+        return fill(work, made)
 
-    monkeypatch.setattr(draft, "_refuse_touching", refuse_halves)
+    monkeypatch.setattr(draft, "_fill_touching", refuse_halves)
     editor = Editor(touching_balls(0), source)
     outcome = do(editor, "draft", edge=0.4)
     assert asked == [True, False] and editor.state.plane is None
@@ -462,9 +470,14 @@ def test_where_an_edge_will_not_do_others_are_taken_or_it_is_refused_with_the_pl
     propose = byparts.propose_draft
 
     def spoil(
-        network: Network, ground: Ground, sizes: Sizes, source: PatternSource, half: Half | None
+        network: Network,
+        ground: Ground,
+        sizes: Sizes,
+        source: PatternSource,
+        half: Half | None,
+        *more: Any,
     ) -> ProposedDraft:
-        made = propose(network, ground, sizes, source, half)
+        made = propose(network, ground, sizes, source, half, *more)
         tried.append(sizes.edge)
         if mended and len(tried) == 3:
             return made
@@ -484,7 +497,111 @@ def test_where_an_edge_will_not_do_others_are_taken_or_it_is_refused_with_the_pl
         )
     else:
         assert outcome.refused is not None and not editor.network.chains
-        assert "a flipped quad at (1, 2, 3), and with other edges, too" in outcome.refused
+        assert "a flipped quad at (1, 2, 3), by all that was tried" in outcome.refused
+
+
+def count_tries(monkeypatch: pytest.MonkeyPatch, spoilt: int) -> list[int]:
+    """Have the first drafts of settings be off by a flipped quad; returns the quads of all."""
+    tried: list[int] = []
+    of = ProposedDraft.of
+
+    def spoil(found: FilledNetwork, judge: DraftJudge) -> ProposedDraft:
+        made = of(found, judge)
+        tried.append(made.report.quads)
+        if len(tried) > spoilt:
+            return made
+        rank = (*made.rank[:2], 2.0, *made.rank[3:])
+        return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
+
+    monkeypatch.setattr(ProposedDraft, "of", spoil)
+    return tried
+
+
+@pytest.mark.parametrize("most", [0.0, 1e9])
+def test_when_many_quads_were_made_in_vain_nothing_else_is_tried(
+    most: float, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = count_tries(monkeypatch, 1000)
+    ground = bean()
+    network = Network(longest=2.0 * ground.diagonal, ground=ground)
+    sizes = replace(Sizes.of(ground.diagonal), edge=0.08 * ground.diagonal)
+    made = byparts.propose_by_parts(
+        network, ground, sizes, source, None, byparts.EDGES, most_in_vain=most
+    ).made
+    assert not made.sound
+    # Of one edge there are settings whose fields differ, and there are three edges.
+    assert (len(tried) == 1) == (most == 0.0)
+    assert most == 0.0 or len(tried) > len(byparts.EDGES)
+
+
+def test_an_unsound_part_ends_the_draft_of_all(
+    source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    away = np.array([5.0, 0.0, 0.0])
+    points = np.concatenate([ball.vertices + k * away for k in range(3)])
+    faces = np.concatenate([ball.faces + k * len(ball.vertices) for k in range(3)])
+    ground = Ground.of(points, faces)
+    parts: list[int] = []
+    propose = byparts.propose_draft
+
+    def spoil(*given: Any) -> ProposedDraft:
+        made = propose(*given)
+        parts.append(len(given[1].triangles))
+        rank = (*made.rank[:2], 2.0, *made.rank[3:])
+        return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
+
+    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    editor = Editor(ground, source)
+    outcome = editor.do(Call("draft", {"edge": 0.6, "symmetry": False}))
+    assert outcome.refused is not None and "a flipped quad at (1, 2, 3)" in outcome.refused
+    # The first part, by its three edges; the others never.
+    assert len(parts) == len(byparts.EDGES)
+
+
+def test_patches_hold_the_places_that_they_had_on_another_ground(source: PatternSource) -> None:
+    editor, _ = drafted(sphere(), source, edge=0.5, symmetry=False)
+    found = editor.fill()
+    moved = {
+        patch: replace(one, vertices=one.vertices + 1e-3 * one.normals)
+        for patch, one in sorted(found.placed.items())[::2]
+    }
+    held = byparts.fill_as_placed(found.network, editor.ground, source, 0.5, found.placed | moved)
+    for patch, one in held.placed.items():
+        wanted = moved.get(patch, found.placed[patch]).vertices
+        np.testing.assert_array_equal(one.vertices, wanted)
+    same = byparts.fill_as_placed(found.network, editor.ground, source, 0.5, found.placed)
+    assert same.network is found.network
+
+
+@given(st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), min_size=1, max_size=60))
+def test_a_spanning_tree_takes_each_pair_that_joins_what_those_before_it_do_not(
+    pairs: list[tuple[int, int]],
+) -> None:
+    group = {k: {k} for k in range(10)}
+    wanted: list[bool] = []
+    for a, b in pairs:
+        wanted.append(group[a] is not group[b])
+        if wanted[-1]:
+            whole = group[a] | group[b]
+            group |= dict.fromkeys(whole, whole)
+    assert handles._span_tree(np.array(pairs, np.int32)).tolist() == wanted
+
+
+def test_halves_of_parts_whose_seams_have_corners_are_drafted_part_by_part(
+    source: PatternSource,
+) -> None:
+    # The seam around a box has four corners, and is a patch of its own where one draws by hand.
+    box = trimesh.creation.box().subdivide().subdivide().subdivide()
+    points = np.concatenate([box.vertices, box.vertices + np.array([0.0, 3.0, 0.0])])
+    ground = Ground.of(points, np.concatenate([box.faces, box.faces + len(box.vertices)]))
+    editor, made = drafted(ground, source, edge=0.25, symmetry=True)
+    assert editor.state.plane is not None
+    assert made.open_edges == made.flipped == 0 and made.euler == 4
+    assert max(made.to_ground, made.from_ground) < 0.02
+    chains = editor.network.chains
+    for patch in editor.network.patches.values():
+        assert not all(SYMMETRY in chains[half >> 1].marks for half in patch.loop)
 
 
 def eyes() -> Ground:
@@ -573,3 +690,32 @@ def test_a_tube_that_is_open_at_both_ends_is_drafted(source: PatternSource) -> N
     _, made = drafted(Ground.of(points, faces), source, edge=0.4, symmetry=False)
     assert made.unfilled == made.flipped == made.tangled == 0
     assert made.euler == 0 and max(made.to_ground, made.from_ground) < 0.02
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signal(2) of the C library")
+def test_choosing_counts_leaves_ctrl_c_to_python(
+    source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # OR-Tools puts the system's default in the place of whatever handled it.
+    library = ctypes.CDLL(None)
+    library.signal.restype, library.signal.argtypes = (
+        ctypes.c_void_p,
+        (ctypes.c_int, ctypes.c_void_p),
+    )
+
+    def find_handler() -> int | None:
+        now = library.signal(signal.SIGINT, None)
+        library.signal(signal.SIGINT, now)
+        return now
+
+    solved: list[int] = []
+    solve = choosing.solve_ball
+
+    def count(*given: Any) -> Any:
+        solved.append(1)
+        return solve(*given)
+
+    monkeypatch.setattr(choosing, "solve_ball", count)
+    before = find_handler()
+    drafted(bean(), source, edge=0.3)
+    assert solved and find_handler() == before

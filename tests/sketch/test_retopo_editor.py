@@ -370,5 +370,6 @@ def test_random_calls_of_all_tools_leave_what_must_hold() -> None:
     assert found.returncode == 0, found.stdout + found.stderr
     told = json.loads(found.stdout)
     assert told["failures"] == []
+    assert "\n150 of 150 calls, " in found.stderr
     done = {name.split(":")[0] for name in told["outcomes"] if name.endswith(": done")}
     assert {"stroke", "erase", "undo"} <= done

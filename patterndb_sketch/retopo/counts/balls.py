@@ -102,6 +102,8 @@ def solve_ball(
     solver = cp_model.CpSolver()
     # One worker and a limit in operations: the same network always has the same counts.
     solver.parameters.num_workers = 1
+    # OR-Tools would take Ctrl-C for itself, and leave it to end the process without a word.
+    solver.parameters.catch_sigint_signal = False
     solver.parameters.random_seed = 0
     # All clauses in the relaxation: five times as fast, and less is left open.
     solver.parameters.linearization_level = 2

@@ -30,6 +30,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.wording import format_place
 
 
 class RoundRegionError(RefusedError):
@@ -348,6 +349,13 @@ class NetworkBuilder:
                     continue
                 loop, corners = walk_face(nodes, chains, half)
                 seen.update(loop)
+                beyond = next((h for h in loop if chains[h >> 1].marks[h & 1]), None)
+                if beyond is not None:
+                    # Two borders with a vertex in common are one to the network, and none here.
+                    place = format_place(chains[beyond >> 1].points[0])
+                    raise RefusedError(
+                        f"borders of the surface touch at {place}: part them there, or join them"
+                    )
                 if has_dead_end(nodes, chains, loop):
                     ends = {nodes[n].id for h in loop for n in self._ends(h) if nodes[n].open}
                     x, y, z = nodes[min(ends)].point

@@ -7,7 +7,7 @@ together are the draft.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,13 +15,28 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, units
-from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import LaceError, ProposedDraft, propose_draft
+from patterndb.system.underway import told_underway
+from patterndb_sketch.retopo.draft.assembly import RoundRegionError
+from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
+from patterndb_sketch.retopo.draft.proposing import (
+    MOST_IN_VAIN,
+    TRIED,
+    WRONG,
+    DraftBudget,
+    LaceError,
+    ProposedDraft,
+    propose_draft,
+)
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import fill_network
+from patterndb_sketch.retopo.filling import (
+    FilledNetwork,
+    PlacedPatch,
+    fill_network,
+    filling_of,
+)
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Chain, Network
-from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network import Chain, Network, set_choice
+from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
 from query.engine import PatternSource
@@ -36,6 +51,18 @@ EDGES = (1.0, 0.75, 1.3)
 #: A part with a thin handle gets edges that close around it, less this part, unless it would have
 #: more quads than so many times what the whole surface has with edges as asked for.
 CLOSING, MOST_QUADS = 0.9, 1.8
+
+#: What is nearer than this part of the diagonal is at the same place: more than rounding, less
+#: than the flat parts of an edge.
+SAME_PLACE = 1e-9
+
+#: Of a part with no more than this share of the surface's area the first sound draft is taken, and
+#: such edges are tried, too: what is thin, as buttons are, has quads around its rim then.
+SMALL, FINER = 0.03, (0.5, 0.35)
+
+#: Edges of a draft are no shorter than this part of the diagonal: they give a hundred thousand
+#: quads.
+LEAST_EDGE = 0.004
 
 #: Borders of two parts may lie on each other, in opposite directions: where one runs counts as
 #: much as being this part of a sampling away.
@@ -57,17 +84,36 @@ def propose_by_parts(
     source: PatternSource,
     half: Half | None = None,
     edges: Sequence[float] = EDGES[:1],
+    most_in_vain: float = MOST_IN_VAIN,
 ) -> PartsDraft:
     """The best draft of every part; see :func:`propose_draft`, also for what is refused.
 
     edges: in target edges, that are tried in this order until a draft of the part is sound.
+    most_in_vain: after unsound drafts of so many quads nothing else is tried.
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
+    with told_underway("drafting" if half is None else "drafting one half") as tell:
+        budget = DraftBudget(most_in_vain)
+        return _propose_all(network, ground, sizes, source, half, edges, budget, tell)
+
+
+def _propose_all(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    source: PatternSource,
+    half: Half | None,
+    edges: Sequence[float],
+    budget: DraftBudget,
+    tell: Callable[[float], None],
+) -> PartsDraft:
     parts = GroundParts.of(ground)
     bare = all(chain.marked for chain in network.chains.values()) and not network.patches
     if not bare or not 1 < parts.parts <= MOST_PARTS:
-        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0)
+        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0, budget, tell)
     told: list[str] = []
+    alone: dict[int, PlacedPatch] = {}
+    done = 0.0
     total = float(ground.surface.areas.sum())
     own = share_chains(network, ground, parts, sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
@@ -83,9 +129,15 @@ def propose_by_parts(
             ground=part,
         )
         share = float(part.surface.areas.sum()) / total
-        one = _propose_by_edges(begun, part, sizes, source, half_part, edges, share)
+        tell(done)
+        one = _propose_by_edges(begun, part, sizes, source, half_part, edges, share, budget)
+        done += share
         made = one.made
+        if not made.sound and not _may_be_covered(made, part, half_part, ground, parts.part == k):
+            # With it nothing is sound, whatever the other parts come to.
+            return PartsDraft(made, (*told, *one.notes))
         told += one.notes
+        alone |= made.found.placed
         for kept, now in ((chains, begun.chains), (nodes, begun.nodes)):
             for number in now:
                 del kept[number]
@@ -94,10 +146,53 @@ def propose_by_parts(
         patches |= made.network.patches
         next_id = made.network.next_id
     together = replace(network, nodes=nodes, chains=chains, patches=patches, next_id=next_id)
-    # As the editor will fill it: beside other parts, some places may be seen otherwise.
-    found = fill_network(together, ground, source, sizes.edge)
+    # As the editor will fill it.
+    found = fill_as_placed(together, ground, source, sizes.edge, alone)
     whole = ProposedDraft.of(found, DraftJudge(ground, half))
     return PartsDraft(whole, tuple(told))
+
+
+def fill_as_placed(
+    network: Network,
+    ground: Ground,
+    source: PatternSource,
+    edge: float,
+    placed: Mapping[int, PlacedPatch],
+) -> FilledNetwork:
+    """The filled network of a ground of which patches were placed on another, such as a part of it:
+    those that would be placed elsewhere, since other parts are nearer, hold all their vertices."""
+    found = fill_network(network, ground, source, edge)
+    network = found.network
+    for patch, former in placed.items():
+        now = found.placed.get(patch)
+        if now is not None and now.vertices.shape == former.vertices.shape:
+            off = np.linalg.norm(now.vertices - former.vertices, axis=1).max()
+            if off <= SAME_PLACE * ground.diagonal:
+                continue
+        filling = filling_of(network.patches[patch])
+        if filling.choice is None or filling.choice.n_vertices != len(former.vertices):
+            continue
+        held = filling.with_moved(np.arange(len(former.vertices)), former.vertices)
+        network = set_choice(network, patch, held)
+    if network is found.network:
+        return found
+    return fill_network(network, ground, source, edge)
+
+
+def _may_be_covered(
+    made: ProposedDraft, part: Ground, half: Half | None, ground: Ground, own: NDArray[np.bool_]
+) -> bool:
+    """Is all that is wrong with a draft of a part that it is off, where other parts are near?
+    Then the draft of all may be near enough."""
+    if any(made.rank[: WRONG - 1]):
+        return False
+    furthest = DraftJudge(part, half).find_furthest(made.found)
+    others, _ = take_triangles(ground, ~own)
+    at = furthest[None]
+    if half is not None:
+        at = np.concatenate([at, half.plane.mirror(at)])
+    off = np.linalg.norm(others.nearest(at).points - at, axis=1).min()
+    return bool(off <= MOST_OFF * ground.diagonal)
 
 
 def _propose_by_edges(
@@ -108,24 +203,33 @@ def _propose_by_edges(
     half: Half | None,
     edges: Sequence[float],
     share: float,
+    budget: DraftBudget,
+    tell: Callable[[float], None] | None = None,
 ) -> PartsDraft:
     """The first draft that is sound, with edges of several lengths, or the best.
 
     share: of the part in the whole surface's area."""
     best: PartsDraft | None = None
     why: RefusedError | None = None
-    left = list(edges)
-    while left:
+    bare = all(chain.marked for chain in network.chains.values())
+    left, enough = list(edges), TRIED
+    if share <= SMALL:
+        finer = [times for times in FINER if times * sizes.edge >= LEAST_EDGE * ground.diagonal]
+        left, enough = [*left, *finer], 1
+    while left and not (budget.spent and (best or why)):
         times = left.pop(0)
         tried = replace(sizes, edge=times * sizes.edge)
         try:
-            made = propose_draft(network, ground, tried, source, half)
+            made = propose_draft(network, ground, tried, source, half, budget, enough, tell)
         except RefusedError as error:
             if why is None and isinstance(error, LaceError):
                 finer = CLOSING * error.edge / sizes.edge
                 if share <= MOST_QUADS * finer**2:
                     left = [finer]
             why = error if why is None else why
+            if best is None and isinstance(error, RoundRegionError) and not bare:
+                # Around what is drawn; other edges have it, too.
+                raise
             continue
         if best is None or made.rank < best.made.rank:
             told: tuple[str, ...] = ()
@@ -151,11 +255,18 @@ def _list_parts(
         if half is None or whole is None:
             yield part, None
             continue
-        own = ground.vertices[vertices]
-        near = {
-            int(np.bincount(whole.part[half.whole.nearest(at).triangles]).argmax())
-            for at in (own, half.plane.mirror(own))
-        }
+        # By the middles of triangles, and by where these face: vertices may lie on other parts.
+        corners = part.vertices[part.triangles]
+        own = corners.mean(axis=1)
+        up = units(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+        images = half.plane.mirror(own), half.plane.mirror_directions(up)
+        near: set[int] = set()
+        for at, facing in ((own, up), images):
+            feet = half.whole.nearest_facing(at, facing).feet
+            # What is on one side alone has no image, and is near to nothing beyond.
+            there = np.linalg.norm(feet.points - at, axis=1) <= MOST_OFF * ground.diagonal
+            if there.any():
+                near.add(int(np.bincount(whole.part[feet.triangles[there]]).argmax()))
         both, _ = take_triangles(half.whole, np.isin(whole.part, sorted(near)))
         on = np.zeros(len(part.vertices), np.bool_)
         on[part.vertex] = half.on[vertices]
@@ -178,7 +289,7 @@ def take_triangles(
 def share_chains(
     network: Network, ground: Ground, parts: GroundParts, sampling: float
 ) -> dict[int, int]:
-    """The part of every chain of a network of borders and seams."""
+    """The part of every chain of a network of borders and seams; chains that meet are of one."""
     border = ground.topology.border
     tail = ground.vertices[ground.triangles.ravel()[border]]
     head = ground.vertices[ground.triangles[border // 3, (border % 3 + 1) % 3]]
@@ -191,11 +302,17 @@ def share_chains(
     places = tail[side] + share * (head - tail)[side]
     tree = KDTree(np.concatenate([places, weight * units(head - tail)[side]], axis=1))
     found: dict[int, int] = {}
-    for number, chain in network.chains.items():
-        points, ahead = _take_steps(chain)
-        _, nearest = tree.query(np.concatenate([points, weight * ahead], axis=1))
-        part = parts.part[border[side[nearest]] // 3]
-        found[number] = int(np.bincount(part).argmax())
+    left = set(network.chains)
+    while left:
+        joined = find_joined_chains(network.nodes, network.chains, min(left))
+        votes = np.zeros(parts.parts, np.int64)
+        for number in sorted(joined):
+            points, ahead = _take_steps(network.chains[number])
+            _, nearest = tree.query(np.concatenate([points, weight * ahead], axis=1))
+            part = parts.part[border[side[nearest]] // 3]
+            votes += np.bincount(part, minlength=parts.parts)
+        found |= dict.fromkeys(joined, int(votes.argmax()))
+        left -= joined
     return found
 
 

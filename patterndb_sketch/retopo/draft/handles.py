@@ -12,7 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components, dijkstra
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spanning_tree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
@@ -60,25 +62,27 @@ def _list_loops(mesh: FieldMesh, root: int) -> list[tuple[float, int, list[int]]
     open_ = np.flatnonzero(~tree & np.isfinite(far[one]))
     size = np.linalg.norm(mesh.vertices[one[open_]] - mesh.vertices[two[open_]], axis=1)
     reach = far[one[open_]] + far[two[open_]] + size
-    beside = _find_beside(mesh)
-    parent = list(range(int(beside.max()) + 1))
-
-    def find_root(k: int) -> int:
-        while parent[k] != k:
-            parent[k] = parent[parent[k]]
-            k = parent[k]
-        return k
-
+    order = open_[np.argsort(-reach, kind="stable")]
     found: list[tuple[float, int, list[int]]] = []
-    for at in np.argsort(-reach, kind="stable").tolist():
-        edge = int(open_[at])
-        a, b = (find_root(k) for k in beside[edge].tolist())
-        if a != b:
-            parent[a] = b
-            continue
+    for edge in order[~_span_tree(_find_beside(mesh)[order])].tolist():
         loop = _close_loop(before, int(one[edge]), int(two[edge]))
         steps = mesh.vertices[loop] - mesh.vertices[np.roll(loop, -1)]
         found.append((float(np.linalg.norm(steps, axis=1).sum()), loop[0], loop))
+    return found
+
+
+def _span_tree(pairs: Int32Array) -> NDArray[np.bool_]:
+    """(n,) which of pairs of numbers (n, 2), the first first, are a tree that spans all: each that
+    joins what those before it do not (Kruskal 1956)."""
+    low, high = pairs.min(axis=1), pairs.max(axis=1)
+    rank = np.arange(1, len(pairs) + 1)
+    # Of pairs that are given twice the second closes a ring of two.
+    _, first = np.unique((low.astype(np.int64) << 32) | high, return_index=True)
+    first = first[low[first] != high[first]]
+    size = int(high.max(initial=-1)) + 1
+    graph = coo_array((rank[first].astype(np.float64), (low[first], high[first])), (size, size))
+    found = np.zeros(len(pairs), np.bool_)
+    found[np.rint(minimum_spanning_tree(graph.tocsr()).data).astype(np.int64) - 1] = True
     return found
 
 

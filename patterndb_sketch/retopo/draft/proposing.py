@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -78,6 +78,9 @@ AT_NODE = 0.35
 #: field has no singularity, needs one.
 MOST_SEEDS = 12
 
+#: Where so many of these leave the same region without corners no other is tried.
+SAME_REGION = 3
+
 #: As many are tried on a bare surface with a region that has no corners, as one that is a tube.
 BARE_SEEDS = 3
 
@@ -86,6 +89,34 @@ BARE_SEEDS = 3
 #: further place. It is
 #: the longest loop that Takayama et al.'s program takes for a patch.
 LONGEST_LOOP = 2.0
+
+
+#: Quads of drafts that came out unsound, or what takes as long, after which nothing else is tried:
+#: a dozen seconds of work.
+MOST_IN_VAIN = 6000
+
+#: Laying so many edges of a line takes as long as making a quad does.
+EDGES_A_QUAD = 4.0
+
+#: So is finding a field on so many triangles.
+TRIANGLES_A_QUAD = 40.0
+
+#: Of these as many for the half of a symmetric surface: what is left is for the whole.
+IN_VAIN_BY_HALVES = 2000
+
+
+@dataclass(slots=True)
+class DraftBudget:
+    """How many quads of unsound drafts may yet be made, counted on the ground that is worked on."""
+
+    left: float = MOST_IN_VAIN
+
+    @property
+    def spent(self) -> bool:
+        return self.left <= 0
+
+    def spend(self, quads: float) -> None:
+        self.left -= quads
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,10 +158,16 @@ class DraftedNetwork:
 
 
 def draft_network(
-    network: Network, ground: Ground, sizes: Sizes, setting: DraftSetting, field: CrossField
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    setting: DraftSetting,
+    field: CrossField,
+    budget: DraftBudget | None = None,
 ) -> DraftedNetwork:
     """One try, with the field of its setting; raises RefusedError, with the place, where it comes
-    to nothing."""
+    to nothing. budget: is spent on lines that come to nothing; no further ones follow then."""
+    budget = budget or DraftBudget()
     walls = Walls(network, AT_NODE * sizes.edge)
     total, due = int(field.index.sum()), 4 * field.mesh.euler
     if total != due:
@@ -149,16 +186,27 @@ def draft_network(
     regular = RegularParts.of(field, ground)
     laid: tuple[Network, frozenset[int]] | None = None
     why = "some regions would be rings or handles; draw by hand"
+    again = 0
     for tried in range(MOST_SEEDS + 1):
+        if tried and budget.spent:
+            break
+        before = budget.left
         try:
-            found = _lay_field(network, ground, sizes, field, walls, seeds)
+            found = _lay_field(network, ground, sizes, field, walls, seeds, budget)
         except RoundRegionError as error:
             # A bare surface that goes on coming out so is too thin for its edges.
             if walls.bare and tried == BARE_SEEDS:
                 raise
+            again = again + 1 if str(error) == why else 1
             found, why = None, str(error)
+            if again == SAME_REGION:
+                # Further places cut other regions, and not this one.
+                if laid is None:
+                    raise
+                break
         if found is not None and is_cellular(found[0], ground):
             laid = found
+            budget.left = before
             if not _has_long_patch(found[0], ground, regular):
                 break
         seeds.append(_find_seed(field, regular, seeds))
@@ -249,15 +297,22 @@ def propose_draft(
     sizes: Sizes,
     source: PatternSource,
     half: Half | None = None,
+    budget: DraftBudget | None = None,
+    enough: int = TRIED,
+    tell: Callable[[float], None] | None = None,
 ) -> ProposedDraft:
     """The best draft of all settings.
 
     network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
     on which lines end; what patches cover stays as it is. half: that the ground is of a symmetric
-    surface, if it is one: quads are fitted to both sides, and what is told is of both.
+    surface, if it is one: quads are fitted to both sides, and what is told is of both. budget:
+    when it is spent no other setting is tried. enough: so many settings are tried where one of them
+    is sound. tell: is told before each which share of all settings is done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
-    given, and where no setting comes to a mesh that is whole and near to the surface.
+    given, and where no setting comes to a mesh that is whole and near to the surface;
+    RoundRegionError where the same region has too few corners by two settings.
     """
+    budget = budget or DraftBudget()
     check_ground(ground)
     faces = list_kept_faces(network)
     if faces:
@@ -284,10 +339,13 @@ def propose_draft(
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
     solvers: dict[float, FieldSolver] = {}
-    why = ""
+    why: list[str] = []
     for tried, setting in enumerate(SETTINGS, 1):
-        if tried > TRIED and best is not None and best.sound:
+        sound = best is not None and best.sound
+        if (tried > enough and sound) or (budget.spent and not sound and tried > 1):
             break
+        if tell is not None:
+            tell((tried - 1) / len(SETTINGS))
         if setting.alignment not in solvers:
             solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
         field = solvers[setting.alignment].solve(setting.merging * sizes.edge)
@@ -296,19 +354,29 @@ def propose_draft(
             continue
         done.add(key)
         try:
-            one = draft_network(network, ground, sizes, setting, field)
+            one = draft_network(network, ground, sizes, setting, field, budget)
+        except RoundRegionError as error:
+            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+            if best is None and str(error) in why:
+                # By two settings the same region: it is in what is drawn.
+                raise RoundRegionError(f"no draft: {error}") from error
+            why.append(str(error))
+            continue
         except RefusedError as error:
-            why = why or str(error)
+            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+            why.append(str(error))
             continue
         found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
         found = fit_quads(found, ground, samples, sizes, one.laid, network.patches)
         made = ProposedDraft.of(found, judge)
+        if not made.sound:
+            budget.spend(made.report.quads / (1 if half is None else 2))
         if best is None or made.rank < best.rank:
             best = made
         if judge.is_lopsided(found, made.report):
             break
     if best is None:
-        raise RefusedError(f"no draft: {why}")
+        raise RefusedError(f"no draft: {why[0]}")
     judge.refuse_bad(best.report, best.found)
     return best
 
@@ -403,9 +471,10 @@ def _lay_field(
     field: CrossField,
     walls: Walls,
     seeds: list[int],
+    budget: DraftBudget,
 ) -> tuple[Network, frozenset[int]] | None:
     """The network of a field's separatrices, and which of its chains are theirs; None if a line
-    runs on and on."""
+    runs on and on. budget: is spent on the lines."""
     mesh = field.mesh
     starts = start_at_vertices(field, [*field.singular.tolist(), *seeds])
     arcs = find_arcs(field, starts, sizes.edge)
@@ -417,6 +486,7 @@ def _lay_field(
     left = starts[free]
     longest = LONGEST_TRACE * mesh.ground.diagonal
     traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
+    budget.spend(float(traced.length.sum()) / (EDGES_A_QUAD * sizes.edge))
     if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
         return None
     joints = _Joints(field, walls, starts)

@@ -9,12 +9,16 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
-from patterndb_sketch.retopo.draft.byparts import EDGES, propose_by_parts
+from patterndb_sketch.retopo.draft.byparts import (
+    EDGES,
+    LEAST_EDGE,
+    fill_as_placed,
+    propose_by_parts,
+)
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft
+from patterndb_sketch.retopo.draft.proposing import IN_VAIN_BY_HALVES, ProposedDraft
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
@@ -22,9 +26,8 @@ from patterndb_sketch.retopo.symmetry import Half, begin_symmetry, cut_half, pro
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.wording import count_places, format_place
 
-#: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
-#: than 0.004 give a hundred thousand quads, for which a draft is not made.
-LEAST_EDGE, MOST_EDGE = 0.004, 0.15
+#: Edges of a draft, in parts of the surface's diagonal, are no longer: they would leave no shape.
+MOST_EDGE = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,37 +58,42 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         told = (f"parts of the surface touch in {said}: drafted as if they did not",)
     best = _draft_by_halves(work, state, ground) if a["symmetry"] else _draft(work, state, ground)
     if not best.made.sound:
+        where = f"; {told[0]}" if told else ""
         raise RefusedError(
-            f"no draft: there would be {'; '.join(best.made.flaws)}, and with other edges, too; "
+            f"no draft: there would be {'; '.join(best.made.flaws)}, by all that was tried{where}; "
             "take another edge, mend the surface there, or draw by hand"
         )
     if ground is not work.ground:
         try:
-            _refuse_touching(work, best)
+            best = _fill_touching(work, best)
         except RefusedError as error:
             if best.state.plane is state.plane:
                 raise
-            best = _give_up_halves(_draft(work, state, ground), str(error))
-            _refuse_touching(work, best)
+            whole = _give_up_halves(_draft(work, state, ground), str(error))
+            best = _fill_touching(work, whole)
     now = replace(best.state, network=best.made.network)
-    return Result(now, (*told, *best.notes, *_describe(best.made)))
+    return Result(now, (*told, *best.notes, *_describe(best)))
 
 
-def _refuse_touching(work: ToolWork, draft: _MadeDraft) -> None:
-    """RefusedError, with the place, for a draft of a ground that was parted whose quads are not
-    sound on the ground as it is, where parts touch."""
+def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
+    """A draft of a ground that was parted, filled on the ground as it is.
+
+    Raises RefusedError, with the place, where its quads are not sound there: where parts touch.
+    """
     state = replace(draft.state, network=draft.made.network)
     half, ground = work.half, work.ground
     if half is None and state.plane is not None:
         half = cut_half(work.ground, state.plane)
         ground = half.ground
-    found = fill_network(state.network, ground, work.source, state.sizes.edge)
+    placed = draft.made.found.placed
+    found = fill_as_placed(state.network, ground, work.source, state.sizes.edge, placed)
     made = ProposedDraft.of(found, DraftJudge(ground, half))
     if not made.sound:
         raise RefusedError(
             f"no draft: there would be {'; '.join(made.flaws) or 'regions without quads'}, where "
             "parts of the surface touch; part them, or draw by hand"
         )
+    return replace(draft, made=made)
 
 
 def _list_edges(ground: Ground) -> tuple[float, float]:
@@ -114,13 +122,23 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
             at = format_place(_find_in_plane(ground, half))
             raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
         seam = begin_symmetry(work.network, half, state.sizes.sampling).network
+        # Where a seam alone closes a loop it is a patch: of a draft its lines are to go there.
+        seam = replace(seam, patches={})
         if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
             return _draft(work, state, ground)
-        made = propose_by_parts(seam, half.ground, state.sizes, work.source, half).made
+        by_parts = propose_by_parts(
+            seam,
+            half.ground,
+            state.sizes,
+            work.source,
+            half,
+            most_in_vain=IN_VAIN_BY_HALVES,
+        )
     except RefusedError as error:
         return _give_up_halves(_draft(work, state, ground), str(error))
     said = f"symmetry is on: {found.describe()}"
-    by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said,))
+    made = by_parts.made
+    by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said, *by_parts.notes))
     if made.sound:
         return by_halves
     try:
@@ -144,15 +162,19 @@ def _find_in_plane(ground: Ground, half: Half) -> Points:
     return ground.vertices[ground.triangles[off.argmin()]].mean(axis=0)
 
 
-def _describe(made: ProposedDraft) -> tuple[str, ...]:
+def _describe(draft: _MadeDraft) -> tuple[str, ...]:
     """What came of it, in words."""
-    report = made.report
+    report = draft.made.report
     off = 100 * max(report.to_ground, report.from_ground)
+    own = len(draft.made.network.patches)
+    patches = "1 patch" if own == 1 else f"{own} patches"
+    if draft.state.plane is not None:
+        patches += " on each side"
     said = (
-        f"{sum(report.patches.values())} patches, {report.quads} quads, "
+        f"{patches}, {report.quads} quads, "
         f"{sum(report.irregular.values())} irregular vertices, {off:.2g} % off at most"
     )
-    return (said, *made.flaws)
+    return (said, *draft.made.flaws)
 
 
 DRAFT = Tool(

@@ -173,6 +173,8 @@ def _search(
         model.add(sum(terms) >= _whole(least))
     solver: Any = cp_model.CpSolver()
     solver.parameters.num_workers = 1
+    # OR-Tools would take Ctrl-C for itself, and leave it to end the process without a word.
+    solver.parameters.catch_sigint_signal = False
     solver.parameters.random_seed = 0
     # With all of the linear relaxation, choices that otherwise take seconds take 0.1 s.
     solver.parameters.linearization_level = 2

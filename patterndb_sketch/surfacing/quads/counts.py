@@ -188,6 +188,8 @@ def _chosen(
     solver = cp_model.CpSolver()
     # One worker and a limit in operations: the same network always has the same counts.
     solver.parameters.num_workers = 1
+    # OR-Tools would take Ctrl-C for itself, and leave it to end the process without a word.
+    solver.parameters.catch_sigint_signal = False
     solver.parameters.random_seed = 0
     solver.parameters.max_deterministic_time = most_work
     status = solver.solve(model)
