@@ -416,7 +416,8 @@ def check_ground(ground: Ground) -> None:
     shared = np.flatnonzero(uses > 2)
     if len(shared):
         raise RefusedError(
-            f"{len(shared)} edges have more than two triangles, the first at "
+            # How many is not told: the ground may be a finer one than the surface that was given.
+            "edges have more than two triangles, the first at "
             f"{format_place(topology.middles[shared[0]])}: part the sheets that touch there"
         )
     fans = np.bincount(triangles.ravel(), minlength=len(ground.vertices))
