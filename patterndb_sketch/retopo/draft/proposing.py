@@ -95,14 +95,14 @@ LONGEST_LOOP = 2.0
 #: a dozen seconds of work.
 MOST_IN_VAIN = 6000
 
+#: The same for the half of a symmetric surface: the whole is still to be tried then.
+IN_VAIN_BY_HALVES = 2000
+
 #: Laying so many edges of a line takes as long as making a quad does.
 EDGES_A_QUAD = 4.0
 
-#: So is finding a field on so many triangles.
+#: Finding a field on so many triangles takes as long as making a quad does.
 TRIANGLES_A_QUAD = 40.0
-
-#: Of these as many for the half of a symmetric surface: what is left is for the whole.
-IN_VAIN_BY_HALVES = 2000
 
 
 @dataclass(slots=True)

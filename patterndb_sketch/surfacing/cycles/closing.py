@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Points
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
@@ -328,13 +328,9 @@ def find_candidate_cycles(
         steps = tuple((half >> 1, bool(half & 1)) for half in halves)
         found.setdefault(tuple(sorted(half >> 1 for half in halves)), Cycle(steps))
 
-    tangents = np.array(
-        [
-            (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
-            for curve in network.curves
-            for points in (curve.points, curve.points[::-1])
-        ]
-    ).reshape(-1, 3)
+    lines = [curve.points for curve in network.curves]
+    steps = [end for line in lines for end in (line[1] - line[0], line[-2] - line[-1])]
+    tangents = units(np.array(steps).reshape(-1, 3))
     flat = np.empty(MOST_IN_PLANE, np.int64)
     distance = np.full(len(network.nodes), np.inf)
     near = np.empty(len(network.nodes), np.int64)
