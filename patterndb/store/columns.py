@@ -3,7 +3,8 @@ a damaged or a foreign file was not written by us."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import sqlite3
+from collections.abc import Generator, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -42,6 +43,39 @@ def read_numbers(
     else:
         at = next(i for i, value in enumerate(values) if type(value) is not int)
     raise say_wrong(ids[at], column, f"is {_shorten(values[at])}, no whole number of {low}..{high}")
+
+
+def read_in_parts(
+    connection: sqlite3.Connection, select: str, at_once: int
+) -> Generator[list[tuple[Any, ...]]]:
+    """Read the rows of patterns in order of their ids, at most ``at_once`` at a time.
+
+    select: the statement up to its condition; its first column is the id. No statement stays open
+    between two parts, so that others can write meanwhile. Raises DatabaseError where the ids do not
+    ascend: in a damaged tree a search for later ones might never end.
+    """
+    last = None
+    statement = f"{select} WHERE id > ? ORDER BY id LIMIT ?"
+    while True:
+        after = -1 << 63 if last is None else last
+        rows = connection.execute(statement, (after, at_once)).fetchall()
+        refuse_disorder([row[0] for row in rows], last)
+        if rows:
+            yield rows
+        if len(rows) < at_once:
+            return
+        last = rows[-1][0]
+
+
+def refuse_disorder(ids: Iterable[int], last: int | None = None) -> None:
+    """Raise DatabaseError unless the ids ascend, and all come after ``last``."""
+    for number in ids:
+        if last is not None and number <= last:
+            raise DatabaseError(
+                f"the table of patterns is damaged: pattern {format_id(number)} stands after "
+                f"{format_id(last)}; 'patterndb verify' reports what is wrong with the whole file"
+            )
+        last = number
 
 
 def check_blobs(ids: Sequence[int], column: str, blobs: Sequence[Any]) -> None:

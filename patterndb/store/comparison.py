@@ -15,7 +15,8 @@ from patterndb.store.records import Mesh
 class DatabaseComparison:
     """The difference of two databases, the first and the second.
 
-    alike:    do they answer every question alike? Their content hashes are equal then.
+    alike:    do they answer every question alike? Their content hashes are equal then, and so are
+              the patterns that they have seen, with their frequencies.
     meshes:   those that only the first, and only the second holds, by name. A mesh is known by the
               hash of its file.
     retaught: meshes of both that were learned with different options, as the first has them.
@@ -43,8 +44,12 @@ def compare_databases(first: Database, second: Database) -> DatabaseComparison:
     other_ids, other_frequencies = _patterns_of(second)
     _, here, there = np.intersect1d(ids, other_ids, assume_unique=True, return_indices=True)
     changed = frequencies[here] != other_frequencies[there]
+    same_content = first.content_hash() == second.content_hash()
     return DatabaseComparison(
-        alike=first.content_hash() == second.content_hash(),
+        # The hash is of meshes and sums that were stored: a damaged table may not agree with it.
+        alike=same_content
+        and np.array_equal(ids[frequencies > 0], other_ids[other_frequencies > 0])
+        and not changed.any(),
         meshes=(
             [mesh for sha256, mesh in of_first.items() if sha256 not in of_second],
             [mesh for sha256, mesh in of_second.items() if sha256 not in of_first],

@@ -19,6 +19,7 @@ from patterndb.core.shortcode import restore
 from patterndb.errors import InvalidCodeError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables
+from patterndb.store.columns import read_in_parts
 from patterndb.store.reading import options_of
 from patterndb.store.tallies import find_wrong_tallies
 
@@ -89,7 +90,7 @@ def verify(connection: sqlite3.Connection) -> list[str]:
         _check_sums,
     )
     for check in checks:
-        if len(found) >= MAX_FINDINGS:
+        if len(found) >= MAX_FINDINGS or NOT_READ_ON in found:
             break
         try:
             found += check(connection)
@@ -101,13 +102,25 @@ def verify(connection: sqlite3.Connection) -> list[str]:
     return found[:MAX_FINDINGS]
 
 
+#: How SQLite's findings begin that are about pages of the file, not about rows in them.
+_PAGES = "*** in database"
+
+#: The finding after one of these.
+NOT_READ_ON = "its pages are damaged, so that nothing else in the file was checked"
+
 #: What values that are not of their column's type or range give when they are read.
 _UNREADABLE = (TypeError, ValueError, LookupError, OverflowError, PatternDBError)
 
 
 def _check_file(connection: sqlite3.Connection) -> list[str]:
-    found = [f"SQLite: {row[0]}" for row in connection.execute("PRAGMA integrity_check(20)")]
-    found = [] if found == ["SQLite: ok"] else found
+    try:
+        told = [row[0] for row in connection.execute("PRAGMA integrity_check(20)")]
+    except sqlite3.DatabaseError as error:
+        return [f"SQLite: {error}", NOT_READ_ON]
+    found = [] if told == ["ok"] else [f"SQLite: {text}" for text in told]
+    if any(text.startswith(_PAGES) for text in told):
+        # To read on in a tree whose pages refer to each other in a circle might never end.
+        return [*found, NOT_READ_ON]
     return found + [
         f"row {row[1]} of {row[0]} refers to a row of {row[2]} that is missing"
         for row in connection.execute("PRAGMA foreign_key_check")
@@ -231,12 +244,8 @@ def _list_wrong_examples(rows: list[tuple[Any, ...]]) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    last = -1 << 63
     # Some at a time: checking them takes long, and while a statement runs nobody else can write.
-    while len(found) < MAX_FINDINGS:
-        rows = connection.execute(
-            writing.SELECT_PATTERNS + " WHERE id > ? ORDER BY id LIMIT ?", (last, READ_AT_ONCE)
-        ).fetchall()
+    for rows in read_in_parts(connection, writing.SELECT_PATTERNS, READ_AT_ONCE):
         for (number, *stored), told in zip(
             rows, describe_sound([row[1] for row in rows]), strict=True
         ):
@@ -246,9 +255,8 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
                 found.append(
                     f"pattern {format_id(number)} has columns that do not follow from its code"
                 )
-        if len(rows) < READ_AT_ONCE:
+        if len(found) >= MAX_FINDINGS:
             break
-        last = rows[-1][0]
     return found
 
 

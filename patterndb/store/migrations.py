@@ -25,6 +25,7 @@ from patterndb.store.checksums import (
     write_occurrence_sum,
     write_sum,
 )
+from patterndb.store.columns import read_in_parts
 from patterndb.store.tallies import tally_anew
 from patterndb.store.writing import describe_patterns
 
@@ -178,10 +179,7 @@ _REWRITTEN_AT_ONCE = 10_000
 
 def _shorten_codes(connection: sqlite3.Connection) -> None:
     """Write what step 4 stores in place of packed codes and signatures."""
-    last = -1 << 63
-    while rows := connection.execute(
-        "SELECT id, code FROM pattern WHERE id > ? ORDER BY id LIMIT ?", (last, _REWRITTEN_AT_ONCE)
-    ).fetchall():
+    for rows in read_in_parts(connection, "SELECT id, code FROM pattern", _REWRITTEN_AT_ONCE):
         try:
             described = describe_patterns(shorten([code for _, code in rows]))
         except InvalidCodeError as error:
@@ -198,7 +196,6 @@ def _shorten_codes(connection: sqlite3.Connection) -> None:
                 for (number, _), (_, columns) in zip(rows, described, strict=True)
             ],
         )
-        last = rows[-1][0]
 
 
 def _write_sums(connection: sqlite3.Connection, selects: Mapping[str, str]) -> None:

@@ -21,7 +21,14 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS, ClassPart, PatternClass
 from patterndb.core.shortcode import pack_symbols, restore
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.store.columns import MOST_32, MOST_64, check_blobs, read_numbers, say_wrong
+from patterndb.store.columns import (
+    MOST_32,
+    MOST_64,
+    check_blobs,
+    read_numbers,
+    refuse_disorder,
+    say_wrong,
+)
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
 from patterndb.system.underway import told_underway
 
@@ -79,7 +86,10 @@ def _read_parts(connection: sqlite3.Connection, n_sides: int) -> Generator[Class
         told_underway(f"reading the patterns of {n_sides} sides, once") as tell,
     ):
         ahead: Future[ClassPart] | None = None
+        last: int | None = None
         while rows := cursor.fetchmany(READ_AT_ONCE):
+            refuse_disorder([row[0] for row in rows], last)
+            last = rows[-1][0]
             one, ahead = ahead, pool.submit(_make_part, n_sides, rows)
             if one is not None:
                 yield one.result()

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import DatabaseError
+from patterndb.store.columns import read_in_parts
 
 #: Bytes of the hash that stands for a signature: among ten million, two that are equal by chance
 #: are not to be expected.
@@ -204,11 +205,9 @@ def tally_anew(connection: sqlite3.Connection) -> None:
 
 def _read_patterns(connection: sqlite3.Connection) -> Generator[list[Tallied]]:
     """What is counted of all patterns, some at a time, class by class."""
-    last = -1 << 63
-    select = f"SELECT {TALLIED}, id FROM pattern WHERE id > ? ORDER BY id LIMIT ?"  # noqa: S608
-    while rows := connection.execute(select, (last, COUNTED_AT_ONCE)).fetchall():
-        last = rows[-1][-1]
-        yield [row[:-1] for row in rows]
+    select = f"SELECT id, {TALLIED} FROM pattern"  # noqa: S608
+    for rows in read_in_parts(connection, select, COUNTED_AT_ONCE):
+        yield [(n_sides, irregular, chiral, own) for _, n_sides, irregular, chiral, own in rows]
 
 
 def find_wrong_tallies(connection: sqlite3.Connection) -> list[str]:
