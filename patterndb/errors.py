@@ -66,8 +66,8 @@ class DatabaseError(PatternDBError, RuntimeError):
     """A database file cannot be used: not ours, too new, damaged, read-only or locked."""
 
 
-class TimeLimitError(DatabaseError):
-    """A time limit was over before a database had answered."""
+class TimeLimitError(PatternDBError, TimeoutError):
+    """A time limit was over before there was an answer, which is no sign that there is none."""
 
 
 class ClusterError(PatternDBError, ConnectionError):

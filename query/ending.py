@@ -5,13 +5,13 @@ The flag is a (1,) uint8 array, so that kernels, which hold no lock, see it as w
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor, wait
-from functools import cache
+from concurrent.futures import Future, wait
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.system.deadline import LOOK_SECONDS
 from query.errors import QueryEndedError
 
 #: (1,) uint8, 1 once nobody waits for the answer any more.
@@ -27,21 +27,10 @@ def refuse_if_ended(flag: EndFlag) -> None:
         raise QueryEndedError("the query was ended")
 
 
-#: Seconds between two looks at the flag while a task runs.
-LOOK_SECONDS = 0.02
-
-
-@cache
-def get_helpers() -> ThreadPoolExecutor:
-    """Threads for what cannot be ended from within: who waits for it can leave it to itself."""
-    return ThreadPoolExecutor(thread_name_prefix="patterndb-helper")
-
-
 def wait_unless_ended(task: Future[Any], flag: EndFlag) -> bool:
     """Wait until a task is done, and return True; False as soon as the flag is set before that.
 
-    Ctrl-C ends it as well. The task goes on then, and whoever began it sees that it comes to an
-    end.
+    Ctrl-C ends it as well. The task goes on then, and its caller sees that it comes to an end.
     """
     while not task.done():
         if flag[0]:

@@ -17,8 +17,9 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import end_by
+from patterndb.system.numbers import MOST_EDGES
 from query.boundary import Boundary
-from query.errors import InvalidQueryError
+from query.errors import InvalidQueryError, refuse_large
 from query.fill import Fill
 from query.listing.filters import NO_DOUBLETS, Filters, Range
 from query.listing.orders import ORDERS, default_order
@@ -84,8 +85,9 @@ def fills(
     limit: the most fills; per_pattern: the most of one pattern; None is no limit (the fills of
     long sides run into millions). With per_pattern=1 every fill is another idea, and
     :meth:`query.listing.stream.Fills.variants` lists what was left out under it.
-    time_limit: seconds after which the list ends, those for reading the class included. A list
-    that is still empty then takes a fill that comes easily, if there is one.
+    time_limit: seconds after which the list ends, those for reading the class included, and all
+    that is asked of it besides. A list that is still empty then takes a fill that comes easily, if
+    there is one.
     pool: orders that measure fills, all but "artist" and "regular", sort the first so many fills
     of "artist".
     order: the name of one of :data:`query.listing.orders.ORDERS`, see docs; None is "flow" where
@@ -120,10 +122,13 @@ def fills(
     ):
         if value is not None and value < 1:
             raise InvalidQueryError(f"{name} is {value}; the least is 1, None leaves it open")
+        if value is not None:
+            refuse_large(name, value)
     if time_limit is not None and not time_limit > 0:
         raise InvalidQueryError(f"time_limit is {time_limit}; give seconds above 0")
     if tolerance < 0:
         raise InvalidQueryError(f"tolerance is {tolerance}; 0 asks for exact strokes")
+    refuse_large("tolerance", tolerance, MOST_EDGES)
     if order is not None and order not in ORDERS:
         raise InvalidQueryError(f"order is {order!r}; there are {', '.join(ORDERS)}")
     if solver not in ("kernel", "cp-sat"):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from patterndb.errors import TimeLimitError
+from patterndb.system.deadline import extend_deadline, run_until_late
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import DiskDrawing, draw_disk
@@ -33,6 +35,10 @@ LEAST_FACTS = 5.5
 #: Items a page holds unless asked otherwise, and at most.
 PER_PAGE = 60
 MOST_PER_PAGE = 200
+
+#: Seconds after a deadline in which a page may be painted of what was drawn before: enough for
+#: sixty fills of some hundred quads.
+PAINTING_SECONDS = 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +77,7 @@ class Grid:
 
 def save_gallery(
     path: Path | str,
-    cards: Sequence[Card],
+    cards: Iterable[Card],
     *,
     title: str = "",
     per_page: int = PER_PAGE,
@@ -81,31 +87,104 @@ def save_gallery(
 
     path: ends in .png or .svg. One page is written to it; of several, page k to the name
     with -k before the suffix (sheet-1.png, sheet-2.png). Returns the paths, none for no
-    cards.
+    cards. cards: taken one at a time; only those of a page are held.
 
     Raises PictureFormatError for another suffix, ValueError if per_page is not in
-    1..MOST_PER_PAGE, and OSError as writing does.
+    1..MOST_PER_PAGE, OSError as writing does, and TimeLimitError where the thread's deadline
+    (:mod:`patterndb.system.deadline`) passes before all is drawn; what was drawn is written then.
     """
-    path = Path(path)
-    check_suffix(path)
-    if not 1 <= per_page <= MOST_PER_PAGE:
-        raise ValueError(f"a page holds 1 to {MOST_PER_PAGE} items, not {per_page}")
-    pages = [cards[i : i + per_page] for i in range(0, len(cards), per_page)]
-    paths: list[Path] = []
-    for number, items in enumerate(pages, start=1):
-        name, counter = path, ""
-        if len(pages) > 1:
-            name = path.with_name(f"{path.stem}-{number}{path.suffix}")
-            counter = f"page {number} of {len(pages)}"
-        # The last page keeps the others' cells: a reader compares across pages.
-        grid = Grid.of(len(items) if len(pages) == 1 else per_page)
-        grid = Grid(grid.columns, math.ceil(len(items) / grid.columns), grid.cell)
-        _page(grid, items, title, counter, tinted).save(name)
-        paths.append(name)
+    sheet = GallerySheet(path, title=title, per_page=per_page, tinted=tinted)
+    late: TimeLimitError | None = None
+    for card in cards:
+        try:
+            sheet.add(card)
+        except TimeLimitError as error:
+            late = error
+            break
+    paths = sheet.close()
+    if late is not None:
+        raise late
     return paths
 
 
-def _page(grid: Grid, cards: Sequence[Card], title: str, counter: str, tinted: bool) -> Page:
+class GallerySheet:
+    """A contact sheet that grows card by card; see :func:`save_gallery`.
+
+    written: how many cards are on the pages written so far. paths: of these pages.
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        title: str = "",
+        per_page: int = PER_PAGE,
+        tinted: bool = True,
+    ) -> None:
+        self.written = 0
+        self.paths: list[Path] = []
+        self._path = Path(path)
+        check_suffix(self._path)
+        if not 1 <= per_page <= MOST_PER_PAGE:
+            raise ValueError(f"a page holds 1 to {MOST_PER_PAGE} items, not {per_page}")
+        self._title, self._per_page, self._tinted = title, per_page, tinted
+        self._drawn: list[DrawnCard] = []
+
+    def add(self, card: Card) -> None:
+        """Draw a card; a page that it does not fit on any more is written first.
+
+        Raises TimeLimitError where the thread's deadline passes before; the card is left out.
+        """
+        if len(self._drawn) == self._per_page:
+            self._write_page(False)
+
+        def draw() -> DiskDrawing:
+            return draw_disk(card.disk, tinted=self._tinted, points=card.points, marks=card.marks)
+
+        self._drawn.append(DrawnCard(card, run_until_late(draw, "the picture was drawn")))
+
+    def close(self) -> list[Path]:
+        """Write the last page; return the paths of all.
+
+        After the thread's deadline, it may take PAINTING_SECONDS. Raises TimeLimitError where that
+        is not enough.
+        """
+        if self._drawn:
+            self._write_page(True)
+        return self.paths
+
+    def _write_page(self, last: bool) -> None:
+        cards = self._drawn
+        name, counter = self._path, ""
+        alone = last and not self.paths
+        if not alone:
+            number = len(self.paths) + 1
+            name = self._path.with_name(f"{self._path.stem}-{number}{self._path.suffix}")
+            counter = f"page {number}"
+        # The last page keeps the others' cells: a reader compares across pages.
+        grid = Grid.of(len(cards) if alone else self._per_page)
+        grid = Grid(grid.columns, math.ceil(len(cards) / grid.columns), grid.cell)
+
+        def paint() -> bytes:
+            return _page(grid, cards, self._title, counter).encode(name)
+
+        with extend_deadline(PAINTING_SECONDS):
+            content = run_until_late(paint, "the picture was painted")
+        name.write_bytes(content)
+        self.paths.append(name)
+        self.written += len(cards)
+        self._drawn = []
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DrawnCard:
+    """A card with its disk laid out."""
+
+    card: Card
+    drawing: DiskDrawing
+
+
+def _page(grid: Grid, cards: Sequence[DrawnCard], title: str, counter: str) -> Page:
     page = Page(grid.width, grid.height)
     middle = grid.width / 2.0
     head = grid.height - MARGIN - 10.0
@@ -114,16 +193,13 @@ def _page(grid: Grid, cards: Sequence[Card], title: str, counter: str, tinted: b
     if counter:
         right = grid.width - MARGIN
         page.text(right, head, counter, 8.0, colour=style.FAINT_TEXT, align="right")
-    drawings: list[DiskDrawing] = []
-    longest = max(len(card.facts) for card in cards)
+    longest = max(len(one.card.facts) for one in cards)
     size = max(LEAST_FACTS, _fitting(longest, grid.cell))
-    for i, card in enumerate(cards):
-        drawing = draw_disk(card.disk, tinted=tinted, points=card.points, marks=card.marks)
-        drawings.append(drawing)
+    for i, one in enumerate(cards):
         x, y = grid.centre(i)
-        paint_disk(page, drawing, x, y, grid.cell, f"quads-{i + 1}")
-        _caption(page, card, x, y - grid.cell / 2.0 - 10.0, grid.cell, size)
-    paint_legend(page, drawings, middle, MARGIN - 4.0, 8.0)
+        paint_disk(page, one.drawing, x, y, grid.cell, f"quads-{i + 1}")
+        _caption(page, one.card, x, y - grid.cell / 2.0 - 10.0, grid.cell, size)
+    paint_legend(page, [one.drawing for one in cards], middle, MARGIN - 4.0, 8.0)
     return page
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb.system.deadline import run_until_late
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import draw_disk
@@ -60,8 +61,12 @@ class Page(PaintTarget):
 
     def save(self, path: Path) -> None:
         """Write the page; the same page gives the same bytes."""
+        path.write_bytes(self.encode(path))
+
+    def encode(self, path: Path) -> bytes:
+        """Return the page as the bytes of a file of this name."""
         vector = check_suffix(path) == ".svg"
-        path.write_bytes(self.format_svg().encode() if vector else self.encode_png())
+        return self.format_svg().encode() if vector else self.encode_png()
 
     def encode_png(self) -> bytes:
         """Return the page as the bytes of a PNG file, DPI pixels to the inch."""
@@ -172,10 +177,21 @@ def save_picture(
     tinted: with the polychords' bands. Returns the path. The same input gives the same
     bytes; an SVG keeps its text as text and one path per quad in the group "quads".
 
-    Raises PictureFormatError for another suffix, and OSError as writing does.
+    Raises PictureFormatError for another suffix, OSError as writing does, and TimeLimitError where
+    the thread's deadline (:mod:`patterndb.system.deadline`) passes before.
     """
     path = Path(path)
     check_suffix(path)
+
+    def paint() -> bytes:
+        return _paint_card(card, mirrored, tinted).encode(path)
+
+    path.write_bytes(run_until_late(paint, "the picture was drawn"))
+    return path
+
+
+def _paint_card(card: Card, mirrored: bool, tinted: bool) -> Page:
+    """The page of one disk with its caption and legend."""
     drawing = draw_disk(
         card.disk, mirrored=mirrored, tinted=tinted, points=card.points, marks=card.marks
     )
@@ -198,5 +214,4 @@ def save_picture(
         page.text(middle, y, line, 8.0, colour=style.FAINT_TEXT)
         y -= 12.0
     paint_legend(page, [drawing], middle, 13.0, 7.0)
-    page.save(path)
-    return path
+    return page

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, as_points
+from patterndb.system.numbers import MOST_EDGES
 
 #: Ends of neighbouring polylines this close, as a share of the boundary's diagonal, are one
 #: corner: files keep some six digits.
@@ -21,7 +22,7 @@ MIN_EDGES = 4
 #: The most edges around a boundary. A fill of a perimeter P has up to about P**2 / 16 quads
 #: times the crossings of the polychords: beyond this a list of fills no longer fits in memory,
 #: and is surely a slip.
-MAX_EDGES = 2_000
+MAX_EDGES = MOST_EDGES
 
 
 def arc_length(points: Points) -> NDArray[np.float64]:

@@ -1,8 +1,10 @@
 """A thread's deadline: what may take long looks whether it is late, whoever set it.
 
-A query has a time limit, and the database that it asks knows no queries. So the limit is the
-thread's: ``end_by`` sets it around a call, and whatever runs below asks ``is_late``. The clock
-stands still while kernels are compiled (:mod:`patterndb.system.compiling`).
+A command has a time limit, and the database, the drawing and the placing that it asks know no
+commands. So the limit is the thread's: ``end_by`` sets it around a call, and all that runs below
+asks ``is_late``, or sets an :class:`Alarm` for kernels. A step that asks neither is run by
+:func:`run_until_late`, which leaves it when time is up, and at Ctrl-C. The clock stands still while
+kernels are compiled (:mod:`patterndb.system.compiling`).
 """
 
 from __future__ import annotations
@@ -12,10 +14,16 @@ import math
 import os
 import threading
 from collections.abc import Callable, Generator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
+from functools import cache
 from itertools import count
+from typing import Any, TypeVar
 
+from patterndb.errors import TimeLimitError
 from patterndb.system.compiling import read_work_clock
+
+T = TypeVar("T")
 
 _of_thread = threading.local()
 
@@ -43,6 +51,79 @@ def is_late() -> bool:
     """Is this thread's deadline past?"""
     moment = get_deadline()
     return moment < math.inf and read_work_clock() >= moment
+
+
+@contextmanager
+def extend_deadline(seconds: float) -> Generator[None]:
+    """Let the block end so many seconds after this thread's deadline."""
+    before = get_deadline()
+    _of_thread.moment = before + seconds
+    try:
+        yield
+    finally:
+        _of_thread.moment = before
+
+
+def refuse_if_late(before: str) -> None:
+    """Raise TimeLimitError if this thread's deadline is past; before: what was not done yet."""
+    if is_late():
+        raise TimeLimitError(f"the time limit was over before {before}; allow more seconds")
+
+
+@contextmanager
+def limit_time(seconds: float | None) -> Generator[None]:
+    """Let what this thread does within the block end after so many seconds; None is no limit."""
+    with end_by(math.inf if seconds is None else read_work_clock() + seconds):
+        yield
+
+
+#: Seconds between two looks at what should end a task while it runs.
+LOOK_SECONDS = 0.02
+
+#: Tasks that run in helping threads, those that nobody waits for any more included.
+_RUNNING: set[Future[Any]] = set()
+
+
+@cache
+def _get_helpers() -> ThreadPoolExecutor:
+    """Threads for tasks that cannot be ended from within."""
+    return ThreadPoolExecutor(MOST_HELPERS, thread_name_prefix="patterndb-helper")
+
+
+#: Threads for tasks: more than a service has requests at work that wait for one.
+MOST_HELPERS = 64
+
+
+def begin_task(task: Callable[[], T]) -> Future[T]:
+    """Begin a task in a thread of its own, with the deadline of this one."""
+    moment = get_deadline()
+
+    def run() -> T:
+        with end_by(moment):
+            return task()
+
+    begun = _get_helpers().submit(run)
+    _RUNNING.add(begun)
+    begun.add_done_callback(_RUNNING.discard)
+    return begun
+
+
+def run_until_late(task: Callable[[], T], before: str) -> T:
+    """Return the result of a task that asks nothing itself, from a thread of its own.
+
+    Raises TimeLimitError as soon as this thread's deadline is past; Ctrl-C ends the wait as well.
+    The task goes on then, and its result is dropped. before: what was not done yet, for the error.
+    """
+    begun = begin_task(task)
+    while not begun.done():
+        refuse_if_late(before)
+        wait([begun], LOOK_SECONDS)
+    return begun.result()
+
+
+def has_tasks_left() -> bool:
+    """Do tasks still run, which would keep the process from ending?"""
+    return bool(_RUNNING)
 
 
 class Alarm:
@@ -105,5 +186,13 @@ class _Watch:
 
 _WATCH = _Watch()
 
+
+def _forget_threads() -> None:
+    """Begin again in a forked process, which has none of the threads."""
+    _WATCH.forget()
+    _RUNNING.clear()
+    _get_helpers.cache_clear()
+
+
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_WATCH.forget)
+    os.register_at_fork(after_in_child=_forget_threads)

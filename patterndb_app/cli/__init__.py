@@ -10,9 +10,14 @@ has the options that query and fill share, obj the files that several of them wr
 
 from __future__ import annotations
 
+import contextlib
+import os
+import sys
+
 import click
 
 import patterndb
+from patterndb.system.deadline import has_tasks_left
 from patterndb_app.cli.failure import (
     EXIT_BAD_INPUT,
     EXIT_INTERRUPTED,
@@ -47,5 +52,14 @@ def cli() -> None:
 
 
 def main() -> None:
-    """Run the command line."""
-    cli()
+    """Run the command line, and end the process."""
+    try:
+        cli()
+    except SystemExit as leaving:
+        if not has_tasks_left():
+            raise
+        # Python would wait for steps that a time limit or Ctrl-C has left to themselves.
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(OSError, ValueError, AttributeError):
+                stream.flush()
+        os._exit(leaving.code if isinstance(leaving.code, int) else 1)

@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 import click
 
 from patterndb_app.cli.database import count_patterns
-from patterndb_app.cli.options import FileName, as_json, db_to_read, db_to_write, open_database
+from patterndb_app.cli.options import (
+    Count,
+    FileName,
+    as_json,
+    db_to_read,
+    db_to_write,
+    open_database,
+)
 from patterndb_app.cli.progressline import told_share
 from patterndb_app.cli.text import plural, printable, say, write, write_json
 
@@ -125,7 +132,7 @@ def _summary(table: PatchTable) -> dict[str, object]:
 @db_to_read
 @click.option(
     "--digits",
-    type=click.IntRange(1, 16),
+    type=Count(1, 16),
     metavar="N",
     help="Hexadecimal digits of every face; the authors' program reads 16.  "
     "[default: the fewest that a row needs]",

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from patterndb.system.numbers import MOST_EDGES
 from patterndb_app.cli.fill import record_accepted
 from patterndb_app.cli.options import (
+    Count,
     DatabaseChoice,
     FileName,
     Numbers,
@@ -46,7 +48,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--tolerance",
-    type=click.IntRange(0),
+    type=Count(0, MOST_EDGES),
     default=1,
     show_default=True,
     metavar="K",
@@ -54,7 +56,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--rank",
-    type=click.IntRange(1),
+    type=Count(1),
     default=1,
     show_default=True,
     metavar="K",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from patterndb.errors import NotFoundError, PatternDBError
+from patterndb.errors import NotFoundError, PatternDBError, TimeLimitError
 from patterndb_app.cli.text import say
 
 EXIT_NOTHING = 1
@@ -58,7 +58,7 @@ def explain(error: BaseException) -> int:
     if was_interrupted(error):
         say("interrupted")
         return EXIT_INTERRUPTED
-    if isinstance(error, NotFoundError):
+    if isinstance(error, NotFoundError | TimeLimitError):
         say(f"patterndb: {error}")
         return EXIT_NOTHING
     say(f"patterndb: {_reason(error)}")

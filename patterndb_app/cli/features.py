@@ -15,6 +15,7 @@ from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
+    Count,
     Direction,
     FileName,
     FileToWrite,
@@ -93,7 +94,7 @@ if TYPE_CHECKING:
     help="More makes curves go straighter on.",
 )
 @click.option(
-    "--degree", type=click.IntRange(1, 9), default=DEGREE, show_default=True, help="Of the splines."
+    "--degree", type=Count(1, 9), default=DEGREE, show_default=True, help="Of the splines."
 )
 @click.option(
     "--reach",
@@ -104,7 +105,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--rounds",
-    type=click.IntRange(1, 100),
+    type=Count(1, 100),
     default=SNAP_ROUNDS,
     show_default=True,
     help="How often the ribs are built about the curve.",

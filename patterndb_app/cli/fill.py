@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,10 @@ import click
 
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.deadline import limit_time, run_until_late
 from patterndb_app.cli.options import (
     OBJ,
+    Count,
     DatabaseChoice,
     FileName,
     as_json,
@@ -25,9 +28,10 @@ from patterndb_app.cli.search import (
     FILTER_OPTIONS,
     ORDER_OPTIONS,
     SEARCH_OPTIONS,
-    describe_fills,
+    FillListing,
+    ListedFill,
+    describe_stop,
     find_fills,
-    find_holders,
     search_arguments,
     search_options,
 )
@@ -37,7 +41,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from query import Fill
+    from patterndb_app.client.remote import RemoteFills
+    from query import Fill, Fills
     from query.placing import Placement
 
 #: A boundary that encloses more of its surface than this may well run the wrong way round.
@@ -69,7 +74,7 @@ MOST_OF_SURFACE = 0.5
 )
 @click.option(
     "--rank",
-    type=click.IntRange(1),
+    type=Count(1),
     default=1,
     show_default=True,
     metavar="K",
@@ -98,6 +103,7 @@ def fill(
     record: bool,
     output: Path,
     as_json: bool,
+    time_limit: float | None,
     **search: Any,
 ) -> int:
     """Fill a boundary in space: place its best fill, or the K-th, and write it as OBJ.
@@ -143,33 +149,36 @@ def fill(
         **search_arguments(search, program=as_json),
     }
     tolerance = options["tolerance"]
-    with open_source(db, server) as source:
-        started = read_work_clock()
-        listed = list(find_fills(source, asked, **options))
-        found_at = read_work_clock()
-        holders = find_holders(source, listed[rank - 1 : rank])
-    if len(listed) < rank:
-        folded = options["folded"]
-        count = plural(len(listed), "pattern" if folded else "fill")
-        if folded and listed:
-            count += "; --flat counts every fill"
-        raise NotFoundError(
-            f"there is no fill {rank}, only {count}; see 'patterndb query --sides "
-            f"{','.join(map(str, asked.lengths))}'"
-        )
-    chosen = listed[rank - 1]
-    placement = place(chosen, asked.points, ground, drawn, tolerance=tolerance)
-    seconds = found_at - started, read_work_clock() - found_at
-
+    see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"
     from patterndb_app.cli.obj import write_placed_fill
 
-    write_placed_fill(output, chosen, placement.vertices)
+    with limit_time(time_limit), open_source(db, server) as source:
+        started = read_work_clock()
+        found = find_fills(source, asked, **options)
+        count, chosen = 0, None
+        for one in FillListing(source, found):
+            count, chosen = one.rank, one
+        found_at = read_work_clock()
+        if chosen is None:
+            raise NotFoundError(f"there is no fill {rank}, only 0 fills: {found.reason}; {see}")
+        if count < rank:
+            folded = options["folded"]
+            hint = "; --flat counts every fill" if folded else ""
+            raise NotFoundError(
+                f"there is no fill {rank}, only {plural(count, 'pattern' if folded else 'fill')}"
+                f"{describe_stop(found)}{hint}; {see}"
+            )
+        placement = run_until_late(
+            partial(place, chosen.fill, asked.points, ground, drawn, tolerance=tolerance),
+            "the fill was placed",
+        )
+    seconds = found_at - started, read_work_clock() - found_at
+    write_placed_fill(output, chosen.fill, placement.vertices)
     if record:
-        say(record_accepted(db, chosen))
+        say(record_accepted(db, chosen.fill))
     if as_json:
-        described = next(describe_fills([chosen], holders))
-        write_json(_document(chosen, described, placement, rank, output, seconds))
-    _tell(chosen, placement, seconds)
+        write_json(_document(chosen, found, placement, output, seconds))
+    _tell(chosen.fill, placement, seconds)
     say(f"written: {output}")
     return 0
 
@@ -188,19 +197,19 @@ def record_accepted(db: DatabaseChoice, fill: Fill) -> str:
 
 
 def _document(
-    fill: Fill,
-    described: dict[str, object],
+    chosen: ListedFill,
+    found: Fills | RemoteFills,
     placement: Placement,
-    rank: int,
     output: Path,
     seconds: tuple[float, float],
 ) -> dict[str, object]:
-    """described: the fill as JSON."""
     return {
         "output": str(output),
-        "rank": rank,
-        "fill": described,
-        "irregular": fill.disk().irregular().tolist(),
+        "rank": chosen.rank,
+        "fill": chosen.to_json(),
+        "stopped": found.stopped,
+        "complete": found.stopped is None,
+        "irregular": chosen.fill.disk().irregular().tolist(),
         **placement.to_json(),
         "seconds_query": round(seconds[0], 4),
         "seconds_place": round(seconds[1], 4),

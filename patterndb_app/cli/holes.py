@@ -10,10 +10,12 @@ import click
 from msgspec import Meta
 
 from patterndb.errors import InvalidMeshError, NotFoundError, PatternDBError
+from patterndb.system.deadline import extend_deadline, is_late, limit_time, run_until_late
 from patterndb.system.documents import Entries, parse_json
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
+    Count,
     DatabaseChoice,
     FileName,
     FileToWrite,
@@ -22,8 +24,10 @@ from patterndb_app.cli.options import (
     dbs_to_read,
     open_database,
     picture_path,
+    time_limit_option,
 )
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.search import describe_stop
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
@@ -122,7 +126,14 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     sections={
         "Which hole": ("--loop", "--faces", "--all", "--odd", "--batch"),
         "What fills it": ("--corners", "--flow", "--no-twin", "--surface", "--db"),
-        "What is given": ("--rank", "--limit", "--output", "--picture", "--json"),
+        "What is given": (
+            "--rank",
+            "--limit",
+            "--time-limit",
+            "--output",
+            "--picture",
+            "--json",
+        ),
     },
 )
 @click.argument("mesh", type=FileName(), required=False)
@@ -144,7 +155,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 @click.option("--all", "every", is_flag=True, help="Fill every hole, each with its best fill.")
 @click.option(
     "--rank",
-    type=click.IntRange(1),
+    type=Count(1),
     default=1,
     show_default=True,
     metavar="K",
@@ -152,7 +163,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 )
 @click.option(
     "--limit",
-    type=click.IntRange(1),
+    type=Count(1),
     metavar="K",
     help=f"List at most K fills of a hole.  [default: {LISTED}]",
 )
@@ -192,6 +203,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     "document a line out.",
 )
 @dbs_to_read
+@time_limit_option
 @as_json
 def holes(
     mesh: Path | None,
@@ -209,6 +221,7 @@ def holes(
     picture: Path | None,
     batch: Path | None,
     db: DatabaseChoice,
+    time_limit: float | None,
     as_json: bool,
 ) -> int:
     """Fill holes of a mesh with quads, joined vertex for vertex, as an artist would.
@@ -238,10 +251,13 @@ def holes(
     if batch is not None:
         others = [output, faces, corners, surface, picture, odd]
         if every or loops or flows or rank > 1 or any(value is not None for value in others):
-            raise click.UsageError("--batch goes with --limit, --no-twin and --db alone")
-        with open_database(db) as database:
+            raise click.UsageError(
+                "--batch goes with --limit, --time-limit, --no-twin and --db alone"
+            )
+        with limit_time(time_limit), open_database(db) as database:
             return _answer_batch(database, batch, limit or LISTED, not no_twin)
     assert mesh is not None
+    click.get_current_context().with_resource(limit_time(time_limit))
     if sum([bool(loops), faces is not None, every]) > 1:
         raise click.UsageError("--loop, --faces and --all exclude each other")
     several = every or len(loops) > 1
@@ -254,10 +270,10 @@ def holes(
     from ingest.formats import read_mesh
     from query.holes import MeshTopology, find_holes
 
-    topology = MeshTopology.of(read_mesh(mesh))
+    topology = run_until_late(lambda: MeshTopology.of(read_mesh(mesh)), f"{mesh} was read")
     named = loops or faces is not None or every
     if not (named or output or picture or limit or corners or flows or odd):
-        found = find_holes(topology)
+        found = run_until_late(lambda: find_holes(topology), "the holes were found")
         if as_json:
             write_json({"mesh": str(mesh), "holes": [hole.to_json() for hole in found]})
         else:
@@ -270,22 +286,21 @@ def holes(
         from patterndb.geometry.surface import Surface
 
         options["surface"] = Surface.from_polygons(read_mesh(surface))
-    chosen, left = _choose_holes(topology, loops, faces, every, odd)
+    chosen, left = run_until_late(
+        lambda: _choose_holes(topology, loops, faces, every, odd), "the holes were found"
+    )
     with open_database(db) as database:
-        answered = _answer(database, chosen, corners or {}, flows, options)
+        answered, open_ones = _answer(database, chosen, corners or {}, flows, options)
+    left += open_ones
     if not several and len(answered[0][1]) < rank:
         count = plural(len(answered[0][1]), "fill")
-        raise NotFoundError(f"the hole has no fill {rank}, only {count}")
+        raise NotFoundError(
+            f"no fill {rank} of the hole was found, only {count}{describe_stop(answered[0][0])}"
+        )
+    if not any(listed for _, listed in answered):
+        raise NotFoundError("; ".join(["no hole was filled", *left]))
     fills = [listed[rank - 1] for _, listed in answered if len(listed) >= rank]
-    if output is not None:
-        from ingest.formats import write_mesh
-        from query.holes import weld_fills
-
-        write_mesh(output, weld_fills(fills))
-    if picture is not None:
-        from viewer.holes import draw_holes
-
-        draw_holes(picture, fills)
+    _write(fills, output, picture)
     if as_json:
         documents = [found.to_json(listed) for found, listed in answered]
         write_json({"mesh": str(mesh), "holes": documents, "left": left})
@@ -376,19 +391,45 @@ def _answer(
     corners: dict[int, int],
     flows: tuple[tuple[int, int] | str, ...],
     options: dict[str, Any],
-) -> list[tuple[HoleFills, list[HoleFill]]]:
-    """The fills of holes, with the iterators that they came from."""
+) -> tuple[list[tuple[HoleFills, list[HoleFill]]], list[str]]:
+    """The fills of holes, with the iterators that they came from, and which holes stay open."""
     from query.holes import fill_holes
 
     answered: list[tuple[HoleFills, list[HoleFill]]] = []
     best: list[HoleFill] = []
+    left: list[str] = []
     for hole in chosen:
+        where = f"the hole of {plural(len(hole), 'edge')} at vertex {int(hole.loop[0])}"
+        if answered and is_late():
+            left.append(f"{where}: the time limit was over before it was searched")
+            continue
         strokes = [_stroke_on(hole, flow) for flow in flows]
         found = fill_holes(database, hole, corners=corners, strokes=strokes, like=best, **options)
         listed = list(found)
         answered.append((found, listed))
         best += listed[:1]
-    return answered
+        if not listed:
+            left.append(f"{where}: no fill was found{describe_stop(found)}")
+    return answered, left
+
+
+def _write(fills: list[HoleFill], output: Path | None, picture: Path | None) -> None:
+    """Write the mesh with the fills, and draw it, in WRITING_SECONDS after the time limit."""
+    with extend_deadline(WRITING_SECONDS):
+        if output is not None:
+            from ingest.formats import write_mesh
+            from query.holes import weld_fills
+
+            welded = run_until_late(lambda: weld_fills(fills), "the mesh was welded")
+            write_mesh(output, welded)
+        if picture is not None:
+            from viewer.holes import draw_holes
+
+            run_until_late(lambda: draw_holes(picture, fills), "the picture was drawn")
+
+
+#: Seconds after the time limit in which the fills that were found may be written.
+WRITING_SECONDS = 0.25
 
 
 def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:
@@ -416,6 +457,10 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
         asked += 1
         try:
             question = parse_json(line, InvalidMeshError, "a question").read(HoleQuestion)
+            if is_late():
+                unanswered += 1
+                write_json({"line": number, "mesh": question.mesh, "holes": [], **NOT_ASKED})
+                continue
             if last is None or last[0] != question.mesh:
                 mesh: PolygonMesh = read_mesh(_beside(path, question.mesh))
                 last = question.mesh, MeshTopology.of(mesh)
@@ -444,6 +489,14 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
     return EXIT_NOTHING if unanswered else 0
 
 
+#: The end of the answer to a line of a batch that comes after the time limit.
+NOT_ASKED: dict[str, object] = {
+    "stopped": "time limit",
+    "complete": False,
+    "reason": "the time limit was over before this hole was searched; allow more seconds",
+}
+
+
 def _beside(batch: Path, name: str) -> Path:
     """A mesh that a batch names: beside the batch file, or as seen from here."""
     near = batch.parent / name
@@ -469,7 +522,9 @@ def _list_holes(mesh: Path, found: list[Hole]) -> None:
 
 def _list_fills(found: HoleFills, fills: list[HoleFill]) -> None:
     where = f"hole of {plural(len(found.hole), 'edge')} at vertex {int(found.hole.loop[0])}"
-    say(f"{where}: {plural(len(fills), 'fill')} in {found.seconds:.2f} s")
+    say(f"{where}: {plural(len(fills), 'fill')} in {found.seconds:.2f} s{describe_stop(found)}")
+    if not fills:
+        return
     rows = [
         (
             number,

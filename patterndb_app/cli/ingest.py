@@ -14,7 +14,14 @@ from patterndb.system.compiling import COMPILED, read_work_clock
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
-from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
+from patterndb_app.cli.options import (
+    MOST_BYTES,
+    Count,
+    FileName,
+    as_json,
+    db_to_write,
+    open_database,
+)
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import ProgressLine, is_terminal, tell_share
 from patterndb_app.cli.text import plural, printable, say, shorten, write, write_json
@@ -28,7 +35,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
     return click.option(
         f"--{name}",
-        type=click.IntRange(0),
+        type=Count(),
         default=default,
         show_default=True,
         metavar="N",
@@ -71,14 +78,12 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str | No
 )
 @click.option(
     "--most-patterns",
-    type=click.IntRange(0),
+    type=Count(),
     default=0,
     metavar="N",
     help="Keep at most N patterns of each mesh, its most frequent ones.  [default: all]",
 )
-@click.option(
-    "--jobs", type=click.IntRange(1, 1024), metavar="N", help="Threads; one a core if not given."
-)
+@click.option("--jobs", type=Count(1, 1024), metavar="N", help="Threads; one a core if not given.")
 @click.option(
     "--scheduler",
     metavar="ADDRESS",
@@ -91,7 +96,7 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str | No
 @click.option("--licence", "--license", metavar="TEXT", help="Their licence; kept with them.")
 @click.option(
     "--max-bytes",
-    type=click.IntRange(1),
+    type=Count(1, MOST_BYTES),
     metavar="N",
     help="Refuse files larger than this.  [default: 512 MiB]",
 )

@@ -7,15 +7,17 @@ import io
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from patterndb.errors import NotFoundError
+from patterndb.errors import NotFoundError, PatternDBError, TimeLimitError
+from patterndb.system.deadline import limit_time, refuse_if_late
 from patterndb.system.files import replace_file
 from patterndb_app.cli.options import (
+    Count,
     DatabaseChoice,
     FileName,
     as_json,
@@ -23,6 +25,7 @@ from patterndb_app.cli.options import (
     max_irregular_option,
     open_database,
     provenance_options,
+    time_limit_option,
     valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
@@ -52,13 +55,11 @@ class ListedPattern:
 
 
 _CHOICE = (
-    click.option(
-        "--class", "n_sides", type=click.IntRange(0), metavar="N", help="Only patterns of N sides."
-    ),
+    click.option("--class", "n_sides", type=Count(), metavar="N", help="Only patterns of N sides."),
     click.option("--convex", is_flag=True, help="Only patterns without reflex corner."),
     max_irregular_option,
     valence_option,
-    click.option("--max-quads", type=click.IntRange(1), metavar="N", help="Of at most N quads."),
+    click.option("--max-quads", type=Count(1), metavar="N", help="Of at most N quads."),
     *provenance_options,
 )
 
@@ -117,21 +118,24 @@ def choose_patterns(
     cls=SectionedCommand,
     sections={
         "Which patterns": (*CHOICE_OPTIONS, "--limit"),
-        "How": ("--db", "--json"),
+        "How": ("--db", "--time-limit", "--json"),
     },
 )
 @choice_options
 @click.option(
     "--limit",
-    type=click.IntRange(1),
+    type=Count(1),
     default=20,
     show_default=True,
     metavar="N",
     help="List at most N.",
 )
 @dbs_to_read
+@time_limit_option
 @as_json
-def list_(limit: int, db: DatabaseChoice, as_json: bool, **choice: Any) -> int:
+def list_(
+    limit: int, db: DatabaseChoice, time_limit: float | None, as_json: bool, **choice: Any
+) -> int:
     """List patterns of a database: sides, irregular vertices, and how often they were seen.
 
     Class by class, the fewest irregular vertices first, then the most frequent.
@@ -140,14 +144,18 @@ def list_(limit: int, db: DatabaseChoice, as_json: bool, **choice: Any) -> int:
     patterndb list --class 5 --convex
     patterndb list --max-irregular 1 --limit 100 --db my.db --json
     """
-    with open_database(db) as database:
-        listed = list(islice(choose_patterns(database, choice), limit + 1))
-    more, listed = len(listed) > limit, listed[:limit]
+    with limit_time(time_limit), open_database(db) as database:
+        chosen = PatternListing(database, choice, limit)
+        if as_json:
+            first = next(chosen, None)
+            if first is None:
+                raise chosen.say_none()
+            documents = (one.to_json() for one in chain((first,), chosen))
+            write_json_with({}, "patterns", documents, chosen.to_json)
+            return 0
+        listed = list(chosen)
     if not listed:
-        raise NotFoundError("the database has no such pattern")
-    if as_json:
-        write_json_with({"truncated": more}, "patterns", (one.to_json() for one in listed))
-        return 0
+        raise chosen.say_none()
     heads = ("pattern", "sides", "irregular", "quads", "origin", "seen", "meshes", "valences")
     rows = [
         (
@@ -163,21 +171,73 @@ def list_(limit: int, db: DatabaseChoice, as_json: bool, **choice: Any) -> int:
         for one in listed
     ]
     write(table(heads, rows))
-    if more:
+    if not chosen.complete:
+        say("the time limit was over, so that there may be more patterns than these")
+    elif chosen.truncated:
         say("there are more patterns than these (--limit)")
     return 0
+
+
+class PatternListing(Iterator[ListedPattern]):
+    """The chosen patterns of a database, one after another.
+
+    truncated: are there more than ``limit``? complete: False where the time limit ended the list.
+    """
+
+    def __init__(
+        self, database: Database | DatabaseUnion, choice: dict[str, Any], limit: int | None
+    ) -> None:
+        self.truncated = False
+        self.complete = True
+        self._source = self._list(database, choice, limit)
+
+    def __next__(self) -> ListedPattern:
+        return next(self._source)
+
+    def _list(
+        self, database: Database | DatabaseUnion, choice: dict[str, Any], limit: int | None
+    ) -> Iterator[ListedPattern]:
+        try:
+            for count, one in enumerate(choose_patterns(database, choice)):
+                if count == limit:
+                    self.truncated = True
+                    return
+                yield one
+                refuse_if_late("all patterns were listed")
+        except TimeLimitError:
+            self.complete = False
+
+    def to_json(self) -> dict[str, object]:
+        """What is known at the end of the list."""
+        return {"truncated": self.truncated or not self.complete, "complete": self.complete}
+
+    def say_none(self) -> PatternDBError:
+        """The error where nothing was listed."""
+        if self.complete:
+            return NotFoundError("the database has no such pattern")
+        return TimeLimitError(
+            "the time limit was over before the first such pattern was found, so that there may be "
+            "one; allow more seconds"
+        )
 
 
 @click.command(
     "export",
     cls=SectionedCommand,
-    sections={"Which patterns": (*CHOICE_OPTIONS, "--limit"), "How": ("--db",)},
+    sections={"Which patterns": (*CHOICE_OPTIONS, "--limit"), "How": ("--db", "--time-limit")},
 )
 @click.argument("output", metavar="OUTPUT", type=FileName())
 @choice_options
-@click.option("--limit", type=click.IntRange(1), metavar="N", help="Write at most N.")
+@click.option("--limit", type=Count(1), metavar="N", help="Write at most N.")
 @dbs_to_read
-def export(output: Path, limit: int | None, db: DatabaseChoice, **choice: Any) -> int:
+@time_limit_option
+def export(
+    output: Path,
+    limit: int | None,
+    db: DatabaseChoice,
+    time_limit: float | None,
+    **choice: Any,
+) -> int:
     """Write patterns of a database for other programs.
 
     OUTPUT says how by its suffix: .jsonl for a JSON document a line, with the quads; .csv for a
@@ -200,18 +260,15 @@ def export(output: Path, limit: int | None, db: DatabaseChoice, **choice: Any) -
         raise click.BadParameter(
             f"there is no folder {output.parent} to write into", param_hint="'OUTPUT'"
         )
-    with open_database(db) as database:
-        chosen = islice(choose_patterns(database, choice), limit)
+    with limit_time(time_limit), open_database(db) as database:
+        chosen = PatternListing(database, choice, limit)
         first = next(chosen, None)
         if first is None:
-            raise NotFoundError("the database has no such pattern; nothing is written")
-
-        def every() -> Iterator[ListedPattern]:
-            yield first
-            yield from chosen
-
-        count = write_patterns(output, every())
+            raise chosen.say_none()
+        count = write_patterns(output, chain((first,), chosen))
     say(f"written: {plural(count, 'pattern')} in {output}")
+    if not chosen.complete:
+        say("the time limit was over, so that there may be more patterns than these")
     return 0
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from patterndb.system.deadline import run_until_late
 from patterndb.system.files import replace_file
 from patterndb.system.obj import face_lines, format_obj, join_lines, vertex_lines
 from patterndb_app.cli.text import printable
@@ -32,16 +33,23 @@ def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
 
 
 def write_flat_disk(path: Path, disk: Disk, comments: Sequence[str]) -> None:
-    """Write a disk in the plane z = 0, as pictures show it: boundary vertices first."""
+    """Write a disk in the plane z = 0, as pictures show it: boundary vertices first.
+
+    Raises TimeLimitError where the thread's deadline passes before it is laid out.
+    """
     # Imported here because only pictures and files need places for vertices.
     from patterndb.geometry.embedding import embed_disk
 
-    lines = [
-        *(f"# {comment}" for comment in comments),
-        *(f"v {x:.6f} {y:.6f} 0" for x, y in embed_disk(disk).tolist()),
-        *face_lines(disk.quads.tolist()),
-    ]
-    replace_file(path, join_lines(lines))
+    def format_disk() -> str:
+        return join_lines(
+            [
+                *(f"# {comment}" for comment in comments),
+                *(f"v {x:.6f} {y:.6f} 0" for x, y in embed_disk(disk).tolist()),
+                *face_lines(disk.quads.tolist()),
+            ]
+        )
+
+    replace_file(path, run_until_late(format_disk, f"{path} was written"))
 
 
 def write_placed_fill(path: Path, fill: Fill, vertices: NDArray[np.float64]) -> None:

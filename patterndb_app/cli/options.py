@@ -16,6 +16,7 @@ from click.shell_completion import CompletionItem
 
 from patterndb import STARTER_NAME
 from patterndb.system.extras import require_extra
+from patterndb.system.numbers import MOST_COUNT
 from patterndb_app.cli.progressline import ProgressLine
 from patterndb_app.cli.text import say
 
@@ -30,6 +31,38 @@ if TYPE_CHECKING:
     ParamType = click.ParamType[Any, Any]
 else:
     ParamType = click.ParamType
+
+
+class Count(click.IntRange):
+    """A whole number from ``least`` to ``most``: of fills, quads, edges, bytes, threads.
+
+    Every option that counts has this type, so that no number is larger than what it is used for.
+    """
+
+    def __init__(self, least: int = 0, most: int = MOST_COUNT) -> None:
+        super().__init__(least, most)
+        self.least, self.most = least, most
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
+        number = click.INT.convert(value, param, ctx)
+        if not self.least <= number <= self.most:
+            shown = str(value)
+            shown = shown if len(shown) <= SHOWN_DIGITS else shown[:SHOWN_DIGITS] + "…"
+            self.fail(f"{shown} is not in the range {self.least}<=x<={self.most}.", param, ctx)
+        return number
+
+    def _describe_range(self) -> str:
+        """Describe the range for the help, which leaves the general bound out."""
+        if self.most in (MOST_COUNT, MOST_BYTES):
+            return f"x>={self.least}"
+        return f"{self.least}<=x<={self.most}"
+
+
+#: The largest size of a file that a system can report.
+MOST_BYTES = 2**63 - 1
+
+#: Digits of a number that a message shows.
+SHOWN_DIGITS = 24
 
 
 class FileName(ParamType):
@@ -162,6 +195,14 @@ server_to_ask = click.option(
     "--server",
     metavar="URL",
     help="Ask the service at this address instead of a database here.",
+)
+
+#: The option of every command that searches; the command passes it to limit_time.
+time_limit_option = click.option(
+    "--time-limit",
+    type=click.FloatRange(0, 1e6, min_open=True),
+    metavar="SECONDS",
+    help="End after so long with what was found until then; it is reported that more may exist.",
 )
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
@@ -308,7 +349,7 @@ def require_viewer(ctx: click.Context, param: click.Parameter, value: bool) -> b
 
 max_irregular_option = click.option(
     "--max-irregular",
-    type=click.IntRange(0),
+    type=Count(),
     metavar="K",
     help="Only patterns with at most K irregular vertices.",
 )
@@ -321,7 +362,7 @@ valence_option = click.option(
 provenance_options = (
     click.option(
         "--min-frequency",
-        type=click.IntRange(1),
+        type=Count(1),
         metavar="N",
         help="Only patterns seen in at least N patches.",
     ),

@@ -11,27 +11,38 @@ from typing import TYPE_CHECKING
 
 import click
 
-from patterndb.errors import NotFoundError
+from patterndb.errors import NotFoundError, TimeLimitError
+from patterndb.system.deadline import limit_time, run_until_late
+from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
+    Count,
     Numbers,
     boundary_of,
     db_to_read,
     max_irregular_option,
     open_database,
     picture_path,
+    time_limit_option,
     valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
-from patterndb_app.cli.search import find_fills, format_variants
+from patterndb_app.cli.search import (
+    FillListing,
+    ListedFill,
+    find_fills,
+    find_ranked,
+    format_variants,
+)
 from patterndb_app.cli.text import plural, say, tell_left_over
 
 if TYPE_CHECKING:
     from patterndb.core.disk import Disk
     from patterndb.core.pattern import Pattern
     from patterndb.store import Database
-    from query import Boundary, Fill, Stroke
+    from query import Boundary, Stroke
     from viewer import Card
+    from viewer.gallery import GallerySheet
 
 PICTURE = picture_path(".png", ".svg")
 
@@ -48,7 +59,7 @@ flat_option = click.option(
 @click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
 @click.option(
     "--rank",
-    type=click.IntRange(1),
+    type=Count(1),
     default=1,
     show_default=True,
     metavar="K",
@@ -61,6 +72,7 @@ flat_option = click.option(
     "-o", "--output", type=PICTURE, required=True, metavar="FILE", help="The picture, PNG or SVG."
 )
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
+@time_limit_option
 def show(
     pattern: str | None,
     sides: tuple[int, ...] | None,
@@ -71,6 +83,7 @@ def show(
     db: Path | None,
     output: Path,
     plain: bool,
+    time_limit: float | None,
 ) -> int:
     """Draw one pattern, by the first digits of its name, or one fill of a boundary.
 
@@ -85,7 +98,7 @@ def show(
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from viewer import Card, make_fill_card, save_picture
 
-    with open_database(db) as database:
+    with limit_time(time_limit), open_database(db) as database:
         if pattern is not None:
             found = database.pattern(pattern)
             card = Card.of_pattern(found)
@@ -96,17 +109,9 @@ def show(
             assert sides is not None
             boundary = boundary_of(sides, closed)
             found = find_fills(database, boundary, limit=rank, folded=not flat)
-            listed = list(found)
-            if len(listed) < rank:
-                what = "fill" if flat else "pattern"
-                raise NotFoundError(
-                    f"there is no fill {rank}, only {plural(len(listed), what)}"
-                    if listed
-                    else f"no fill: {found.reason}"
-                )
-            fill = listed[rank - 1]
+            fill = find_ranked(found, rank)
             card = make_fill_card(fill, boundary, rank=rank)
-    save_picture(output, card, tinted=not plain)
+        save_picture(output, card, tinted=not plain)
     say(f"drawn: {output}")
     return 0
 
@@ -134,12 +139,10 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
             "--valence",
             "--db",
         ),
-        "Sheet": ("-o", "--limit", "--per-page", "--plain"),
+        "Sheet": ("-o", "--limit", "--per-page", "--plain", "--time-limit"),
     },
 )
-@click.option(
-    "--class", "n_sides", type=click.IntRange(0), metavar="N", help="Patterns with N sides."
-)
+@click.option("--class", "n_sides", type=Count(), metavar="N", help="Patterns with N sides.")
 @click.option("--sides", type=Numbers(), help="The fills of this boundary instead.")
 @click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
 @db_to_read
@@ -153,7 +156,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
 )
 @click.option(
     "--limit",
-    type=click.IntRange(1),
+    type=Count(1),
     default=60,
     show_default=True,
     metavar="N",
@@ -165,13 +168,14 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
 @valence_option
 @click.option(
     "--per-page",
-    type=click.IntRange(1, 200),
+    type=Count(1, 200),
     default=60,
     show_default=True,
     metavar="N",
     help="Draw at most N on a page.",
 )
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
+@time_limit_option
 def gallery(
     n_sides: int | None,
     sides: tuple[int, ...] | None,
@@ -185,6 +189,7 @@ def gallery(
     valence: tuple[int, int] | None,
     per_page: int,
     plain: bool,
+    time_limit: float | None,
 ) -> int:
     """Draw a contact sheet: the patterns of a class, or the fills of a boundary.
 
@@ -198,9 +203,10 @@ def gallery(
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from query.listing.filters import NO_DOUBLETS, Filters
-    from viewer import Card, save_gallery
+    from viewer import Card
+    from viewer.gallery import GallerySheet
 
-    with open_database(db) as database:
+    with limit_time(time_limit), open_database(db) as database:
         if sides is not None:
             boundary = boundary_of(sides, closed)
             found = find_fills(
@@ -211,31 +217,66 @@ def gallery(
                 max_irregular=max_irregular,
                 valence=valence or NO_DOUBLETS,
             )
-            listed = list(found)
-            if not listed:
-                raise NotFoundError(f"no fill: {found.reason}")
-            variants = None if flat else found.count_variants(listed)
-            cards = make_fill_cards(listed, boundary, variants)
-            paths = fill_sheet(output, cards, boundary, per_page, tinted=not plain)
-        else:
-            assert n_sides is not None
-            chosen = database.pattern_class(n_sides)
-            passes = Filters(max_irregular, valence).passing(chosen)
-            if convex:
-                passes &= chosen.n_reflex == 0
-            rows = passes.nonzero()[0].tolist()
-            if not rows:
-                raise NotFoundError(
-                    f"the database has no such pattern of {plural(n_sides, 'side')}"
-                )
-            shown = rows[:limit]
-            title = f"{plural(len(rows), 'pattern')} of {plural(n_sides, 'side')}"
-            if len(shown) < len(rows):
-                title = f"the first {len(shown):,} of {title}"
-            cards = [Card.of_pattern(chosen.pattern(row), k) for k, row in enumerate(shown, 1)]
-            paths = save_gallery(output, cards, title=title, per_page=per_page, tinted=not plain)
-    tell_drawn(output, paths)
-    return 0
+            listing = FillListing(database, found, counts_variants=not flat)
+            return _draw_fills(
+                listing, FillSheet(output, boundary, per_page=per_page, tinted=not plain)
+            )
+        assert n_sides is not None
+        chosen = database.pattern_class(n_sides)
+        passes = Filters(max_irregular, valence).passing(chosen)
+        if convex:
+            passes &= chosen.n_reflex == 0
+        rows = passes.nonzero()[0].tolist()
+        if not rows:
+            raise NotFoundError(f"the database has no such pattern of {plural(n_sides, 'side')}")
+        shown = rows[:limit]
+        title = f"{plural(len(rows), 'pattern')} of {plural(n_sides, 'side')}"
+        if len(shown) < len(rows):
+            title = f"the first {len(shown):,} of {title}"
+        cards = (Card.of_pattern(chosen.pattern(row), k) for k, row in enumerate(shown, 1))
+        of_patterns = GallerySheet(output, title=title, per_page=per_page, tinted=not plain)
+        try:
+            for card in cards:
+                of_patterns.add(card)
+        except TimeLimitError:
+            pass
+        return _end_sheet(of_patterns, output, len(shown))
+
+
+def _draw_fills(listing: FillListing, sheet: FillSheet) -> int:
+    """Draw the fills of a list; return the exit code."""
+    late = False
+    try:
+        for one in listing:
+            sheet.add(one)
+    except TimeLimitError:
+        late = True
+    try:
+        sheet.close()
+    except TimeLimitError:
+        late = True
+    found = listing.found
+    if not listing.count:
+        raise NotFoundError(f"no fill: {found.reason}")
+    if late or not found.complete:
+        say(
+            f"{plural(sheet.count, 'fill')} drawn: the time limit was over, so that there may be "
+            "more; allow more seconds, or ask for fewer fills (--limit)"
+        )
+    return 0 if sheet.count else EXIT_NOTHING
+
+
+def _end_sheet(sheet: GallerySheet, output: Path, wanted: int) -> int:
+    """Write the last page of a sheet of patterns and report it; return the exit code."""
+    with contextlib.suppress(TimeLimitError):
+        sheet.close()
+    tell_drawn(output, sheet.paths)
+    if sheet.written < wanted:
+        say(
+            f"{sheet.written:,} of {plural(wanted, 'pattern')} drawn: the time limit was over; "
+            "allow more seconds, or ask for fewer (--limit)"
+        )
+    return 0 if sheet.written else EXIT_NOTHING
 
 
 def tell_drawn(output: Path, pages: Sequence[Path]) -> None:
@@ -245,51 +286,67 @@ def tell_drawn(output: Path, pages: Sequence[Path]) -> None:
     tell_left_over(output.parent, f"{glob.escape(output.stem)}-[0-9]*{output.suffix}", pages)
 
 
-def make_fill_cards(
-    fills: Sequence[Fill],
-    boundary: Boundary,
-    variants: Sequence[int] | None = None,
-    *,
-    strokes: Sequence[Stroke] = (),
-    tolerance: int = 0,
-) -> list[Card]:
-    """The cards of a boundary's fills, in order, the strokes that were asked for marked.
+class FillSheet:
+    """A contact sheet of a boundary's fills, the strokes that were asked for marked on them.
 
-    variants: how many more fills each pattern has, in a folded list.
+    count: how many were drawn.
     """
+
+    def __init__(
+        self,
+        path: Path,
+        boundary: Boundary,
+        strokes: Sequence[Stroke] = (),
+        tolerance: int = 0,
+        per_page: int = 60,
+        *,
+        tinted: bool = True,
+    ) -> None:
+        # Imported here because drawing libraries take a moment that --help need not wait for.
+        from viewer.gallery import GallerySheet
+
+        lengths = ", ".join(str(n) for n in boundary.lengths)
+        self.count = 0
+        self._path = path
+        self._boundary, self._strokes, self._tolerance = boundary, strokes, tolerance
+        self._sheet = GallerySheet(
+            path, title=f"fills of sides {lengths}", per_page=per_page, tinted=tinted
+        )
+
+    def add(self, one: ListedFill) -> None:
+        """Draw a fill. Raises TimeLimitError where the time limit passes before."""
+        make = partial(
+            make_listed_card, one, self._boundary, self._strokes, tolerance=self._tolerance
+        )
+        self._sheet.add(run_until_late(make, "the picture was drawn"))
+
+    def close(self) -> None:
+        """Write the last page, and name all. Raises TimeLimitError where that takes too long."""
+        try:
+            self._sheet.close()
+        finally:
+            # A page that was not painted in time shows nothing.
+            self.count = self._sheet.written
+            tell_drawn(self._path, self._sheet.paths)
+
+
+def make_listed_card(
+    one: ListedFill, boundary: Boundary, strokes: Sequence[Stroke] = (), *, tolerance: int = 0
+) -> Card:
+    """The card of a fill of a list, the strokes that were asked for marked."""
     from viewer import make_fill_card
     from viewer.card import format_valences
 
-    cards: list[Card] = []
-    for rank, fill in enumerate(fills, 1):
-        facts = [
-            format_valences(fill.pattern.valences),
-            plural(len(fill.quads), "quad"),
-            f"{fill.pattern.frequency:,}×",
-        ]
-        if variants is not None and variants[rank - 1]:
-            count = variants[rank - 1]
-            facts.append(f"{format_variants(count)} variant{'' if count == 1 else 's'}")
-        cards.append(
-            make_fill_card(fill, boundary, strokes, tolerance, rank=rank, facts="   ".join(facts))
-        )
-    return cards
-
-
-def fill_sheet(
-    path: Path,
-    cards: Sequence[Card],
-    boundary: Boundary,
-    per_page: int = 60,
-    *,
-    tinted: bool = True,
-) -> list[Path]:
-    """A contact sheet of a boundary's fills; the paths written."""
-    from viewer import save_gallery
-
-    lengths = ", ".join(str(n) for n in boundary.lengths)
-    return save_gallery(
-        path, cards, title=f"fills of sides {lengths}", per_page=per_page, tinted=tinted
+    fill = one.fill
+    facts = [
+        format_valences(fill.pattern.valences),
+        plural(len(fill.quads), "quad"),
+        f"{fill.pattern.frequency:,}×",
+    ]
+    if one.variants:
+        facts.append(f"{format_variants(one.variants)} variant{'' if one.variants == 1 else 's'}")
+    return make_fill_card(
+        fill, boundary, strokes, tolerance, rank=one.rank, facts="   ".join(facts)
     )
 
 
@@ -297,7 +354,7 @@ def fill_sheet(
 @click.option(
     "--class",
     "n_sides",
-    type=click.IntRange(0),
+    type=Count(),
     metavar="N",
     help="Begin with the patterns of N sides.",
 )

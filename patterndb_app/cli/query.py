@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from patterndb.errors import InvalidBoundaryError
+from patterndb.errors import InvalidBoundaryError, TimeLimitError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.deadline import is_late, limit_time
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
+    Count,
     DatabaseChoice,
     FileName,
     Numbers,
@@ -27,11 +30,13 @@ from patterndb_app.cli.search import (
     FILTER_OPTIONS,
     ORDER_OPTIONS,
     SEARCH_OPTIONS,
+    TIME_LIMIT,
     Corners,
+    FillListing,
     FlowParam,
-    describe_fills,
+    ListedFill,
+    describe_stop,
     find_fills,
-    find_holders,
     format_variants,
     search_arguments,
     search_options,
@@ -49,11 +54,12 @@ from patterndb_app.cli.text import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
-    from patterndb.store import Database, DatabaseUnion, PatternHolder
+    from patterndb.store import Database, DatabaseUnion
+    from patterndb_app.cli.pictures import FillSheet
     from patterndb_app.client.remote import RemoteDatabase
-    from query import Boundary, Fill, Stroke
+    from query import Boundary, Stroke
 
 
 #: Bytes of a line of a batch file; as many as a boundary's own file may have.
@@ -96,7 +102,7 @@ LONGEST_LINE = 32_000_000
 @server_to_ask
 @click.option(
     "--limit",
-    type=click.IntRange(1),
+    type=Count(1),
     default=20,
     show_default=True,
     metavar="N",
@@ -129,6 +135,7 @@ def query(
     as_json: bool,
     obj: Path | None,
     image: Path | None,
+    time_limit: float | None,
     **search: Any,
 ) -> int:
     """Find the fills of a boundary, best first.
@@ -156,29 +163,19 @@ def query(
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
     program = as_json or batch is not None
     arguments = {"limit": limit, **search_arguments(search, program=program)}
-    if batch is not None:
-        with open_source(db, server) as database:
+    with limit_time(time_limit), open_source(db, server) as database:
+        if batch is not None:
             return run_batch(batch, database, arguments, obj, image)
-    assert sides is not None
-    return _one(
-        db,
-        server,
-        boundary_of(sides, closed, corners),
-        flows,
-        loops,
-        arguments,
-        as_json,
-        obj,
-        image,
-    )
+        assert sides is not None
+        boundary = boundary_of(sides, closed, corners)
+        strokes = strokes_of(flows, loops)
+        return _one(database, boundary, strokes, arguments, as_json, obj, image)
 
 
 def _one(
-    db: DatabaseChoice,
-    server: str | None,
+    source: Database | DatabaseUnion | RemoteDatabase,
     boundary: Boundary,
-    flows: tuple[Any, ...],
-    loops: int,
+    strokes: list[Stroke],
     arguments: dict[str, Any],
     as_json: bool,
     obj: Path | None,
@@ -188,124 +185,198 @@ def _one(
     from query import Fills
 
     folded = arguments["folded"]
-    with open_source(db, server) as source:
-        strokes = strokes_of(flows, loops)
-        found = find_fills(source, boundary, strokes=strokes, **arguments)
-        listed = list(found)
-        variants = feasible = None
-        if isinstance(found, Fills):
-            # Two more searches, which a service is not asked for.
-            variants = found.count_variants(listed) if folded and found.stopped is None else None
-            feasible = found.feasible_patterns
-        reason = found.reason
-        holders = find_holders(source, listed)
-    seconds = read_work_clock() - started
+    found = find_fills(source, boundary, strokes=strokes, **arguments)
+    listing = FillListing(source, found, counts_variants=folded)
+    kept = KeptFills(boundary, strokes, arguments["tolerance"], obj, image)
+
+    def count_feasible() -> int | None:
+        # One more search, which a service is not asked for.
+        return found.feasible_patterns if isinstance(found, Fills) else None
+
+    def end() -> dict[str, object]:
+        feasible = count_feasible()
+        known = listing.to_json()
+        seconds = round(read_work_clock() - started, 4)
+        return {"feasible_patterns": feasible, **known, "seconds": seconds}
+
     if as_json:
-        document = {
-            "sides": list(boundary.lengths),
-            "corners": list(boundary.corners),
-            "feasible_patterns": feasible,
-            "truncated": found.truncated,
-            "stopped": found.stopped,
-            "reason": reason,
-            "seconds": round(seconds, 4),
-        }
-        fills = describe_fills(listed, holders)
-        if variants is not None:
-            counted = zip(fills, variants, strict=True)
-            fills = ({**fill, "variants": count} for fill, count in counted)
-        write_json_with(document, "fills", fills)
-    elif listed:
-        write(_fill_table(listed, variants, holders))
-        fit = "pattern fits" if feasible == 1 else "patterns fit"
-        told = (
-            plural(len(listed), "fill")
-            if feasible is None
-            else f"{feasible:,} learned {fit} strictly"
+        head = {"sides": list(boundary.lengths), "corners": list(boundary.corners)}
+        write_json_with(head, "fills", kept.describe(listing), end)
+    else:
+        rows = [_FillRow.of(one) for one in kept.keep(listing)]
+        feasible, seconds = count_feasible(), read_work_clock() - started
+        if rows:
+            write(_fill_table(rows))
+            fit = "pattern fits" if feasible == 1 else "patterns fit"
+            told = (
+                plural(len(rows), "fill")
+                if feasible is None
+                else f"{feasible:,} learned {fit} strictly"
+            )
+            short = found.cut_short if folded and isinstance(found, Fills) else found.truncated
+            more = f"; there are more {'patterns' if folded else 'fills'} than these"
+            more = more if short and found.complete else describe_stop(found)
+            limit = " (--limit)" if short and len(rows) == arguments["limit"] else ""
+            say(f"{told} ({seconds:.2f} s){more}{limit}")
+            if any(row.variants for row in rows):
+                say("+: more fills of the pattern, listed by --pattern NAME; all fills by --flat")
+    whole = kept.close()
+    if not listing.count:
+        say(f"no fill: {found.reason}")
+    return 0 if listing.count and whole else EXIT_NOTHING
+
+
+@dataclass(frozen=True, slots=True)
+class _FillRow:
+    """What the table tells of a fill."""
+
+    rank: int
+    pattern: str
+    variants: str
+    irregular: str | int
+    off: float | None
+    quads: int
+    origin: str
+    seen: int
+    holders: str | None
+    turned: str
+    widths: str
+
+    @classmethod
+    def of(cls, one: ListedFill) -> _FillRow:
+        fill = one.fill
+        boundary = fill.n_irregular_boundary
+        held = None
+        if one.holders is not None:
+            held = ", ".join(printable(holder.database) for holder in one.holders) or "-"
+        return cls(
+            one.rank,
+            fill.pattern.name,
+            format_variants(one.variants or 0),
+            f"{fill.n_irregular} ({boundary} on boundary)" if boundary else fill.n_irregular,
+            fill.flow_distance,
+            len(fill.quads),
+            fill.origin,
+            fill.pattern.frequency,
+            held,
+            f"{fill.rotation} mirrored" if fill.mirrored else str(fill.rotation),
+            " ".join(map(str, fill.widths)),
         )
-        short = found.cut_short if folded and isinstance(found, Fills) else found.truncated
-        more = f"; there are more {'patterns' if folded else 'fills'} than these" if short else ""
-        limit = " (--limit)" if short and len(listed) == arguments["limit"] else ""
-        say(f"{told} ({seconds:.2f} s){more}{limit}")
-        if variants is not None and any(variants):
-            say("+: more fills of the pattern, listed by --pattern NAME; all fills by --flat")
-    _keep(listed, boundary, strokes, arguments["tolerance"], variants, obj, image)
-    if not listed:
-        say(f"no fill: {reason}")
-        return EXIT_NOTHING
-    return 0
 
 
-def _fill_table(
-    fills: Sequence[Fill],
-    variants: Sequence[int] | None,
-    holders: Sequence[Sequence[PatternHolder]] | None,
-) -> str:
-    """variants: how many more fills each pattern has, in a folded list. holders: which databases
-    hold it, where several were asked."""
-    strokes = any(fill.flow_distance is not None for fill in fills)
+def _fill_table(fills: Sequence[_FillRow]) -> str:
+    """The table of fills, without the columns that none of them has."""
+    variants = any(row.variants for row in fills)
+    strokes = any(row.off is not None for row in fills)
+    holders = fills[0].holders is not None
     heads: tuple[str, ...] = ("rank", "pattern")
-    heads += ("variants",) if variants is not None and any(variants) else ()
+    heads += ("variants",) if variants else ()
     heads += ("irregular",)
     heads += ("off",) if strokes else ()
     heads += ("quads", "origin", "seen")
-    heads += ("in",) if holders is not None else ()
+    heads += ("in",) if holders else ()
     heads += ("turned", "widths")
     rows: list[tuple[object, ...]] = []
-    for rank, fill in enumerate(fills, 1):
-        boundary = fill.n_irregular_boundary
-        irregular = f"{fill.n_irregular} ({boundary} on boundary)" if boundary else fill.n_irregular
-        row: tuple[object, ...] = (rank, fill.pattern.name)
-        if variants is not None and any(variants):
-            row += (format_variants(variants[rank - 1]),)
-        row += (irregular,)
-        if strokes:
-            row += (f"{fill.flow_distance or 0:g}",)
-        row += (len(fill.quads), fill.origin, fill.pattern.frequency)
-        if holders is not None:
-            row += (", ".join(printable(one.database) for one in holders[rank - 1]) or "-",)
-        rows.append(
-            (
-                *row,
-                f"{fill.rotation} mirrored" if fill.mirrored else str(fill.rotation),
-                " ".join(map(str, fill.widths)),
-            )
-        )
+    for row in fills:
+        cells: tuple[object, ...] = (row.rank, row.pattern)
+        cells += (row.variants,) if variants else ()
+        cells += (row.irregular,)
+        cells += (f"{row.off or 0:g}",) if strokes else ()
+        cells += (row.quads, row.origin, row.seen)
+        cells += (row.holders,) if holders else ()
+        rows.append((*cells, row.turned, row.widths))
     return table(heads, rows)
 
 
-def _keep(
-    fills: Sequence[Fill],
-    boundary: Boundary,
-    strokes: Sequence[Stroke],
-    tolerance: int,
-    variants: Sequence[int] | None,
-    obj: Path | None,
-    image: Path | None,
-) -> None:
-    """Write the fills as OBJ files, and draw them, where that was asked.
+class KeptFills:
+    """Writes fills as OBJ files, and draws them, where that was asked, each as it is listed."""
 
-    variants: how many more fills each pattern has, in a folded list.
-    """
-    if obj is not None and fills:
-        _write_objs(obj, fills, boundary)
-    if image is not None and fills:
-        from patterndb_app.cli.pictures import fill_sheet, make_fill_cards, tell_drawn
+    def __init__(
+        self,
+        boundary: Boundary,
+        strokes: Sequence[Stroke],
+        tolerance: int,
+        obj: Path | None,
+        image: Path | None,
+    ) -> None:
+        self._boundary = boundary
+        self._strokes, self._tolerance = strokes, tolerance
+        self._obj, self._image = obj, image
+        self._sheet: FillSheet | None = None
+        self._paths: list[Path] = []
+        self._listed = 0
+        self._late = False
 
-        cards = make_fill_cards(fills, boundary, variants, strokes=strokes, tolerance=tolerance)
-        tell_drawn(image, fill_sheet(image, cards, boundary))
+    def keep(self, listing: Iterable[ListedFill]) -> Iterator[ListedFill]:
+        """Yield the fills, each once it is kept."""
+        for one in listing:
+            self._keep(one)
+            yield one
 
+    def describe(self, listing: FillListing) -> Iterator[dict[str, object]]:
+        """Yield the fills as JSON takes them, each once it is kept."""
+        return listing.describe(self._keep)
 
-def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None:
-    from patterndb_app.cli.obj import write_flat_fill
+    def _keep(self, one: ListedFill) -> None:
+        self._listed += 1
+        if self._late:
+            return
+        try:
+            if self._obj is not None:
+                self._write(self._obj, one)
+            if self._image is not None:
+                if self._sheet is None:
+                    from patterndb_app.cli.pictures import FillSheet
 
-    folder.mkdir(parents=True, exist_ok=True)
-    digits = max(3, len(str(len(fills))))
-    paths = [folder / f"fill-{rank:0{digits}}.obj" for rank in range(1, len(fills) + 1)]
-    for path, fill in zip(paths, fills, strict=True):
-        write_flat_fill(path, fill, boundary)
-    say(f"written: {plural(len(fills), 'file')} in {folder}")
-    tell_left_over(folder, "fill-*.obj", paths)
+                    self._sheet = FillSheet(
+                        self._image, self._boundary, self._strokes, self._tolerance
+                    )
+                self._sheet.add(one)
+        except TimeLimitError:
+            # The list goes on: it is cheap, and what could not be kept is reported.
+            self._late = True
+
+    def _write(self, folder: Path, one: ListedFill) -> None:
+        from patterndb_app.cli.obj import write_flat_fill
+
+        folder.mkdir(parents=True, exist_ok=True)
+        path = folder / f"fill-{one.rank:03}.obj"
+        write_flat_fill(path, one.fill, self._boundary)
+        self._paths.append(path)
+
+    def close(self) -> bool:
+        """Write what remains, and report all; return False where nothing could be kept in time."""
+        whole = True
+        if self._obj is not None and self._listed:
+            digits = len(str(len(self._paths)))
+            if digits > len("001"):
+                # So that their names sort by rank.
+                self._paths = [
+                    path.rename(self._obj / f"fill-{rank:0{digits}}.obj")
+                    for rank, path in enumerate(self._paths, 1)
+                ]
+            say(f"written: {plural(len(self._paths), 'file')} in {self._obj}")
+            tell_left_over(self._obj, "fill-*.obj", self._paths)
+            whole = self._tell_late(len(self._paths), "written")
+        if self._image is not None and self._listed:
+            drawn = 0
+            if self._sheet is not None:
+                try:
+                    self._sheet.close()
+                except TimeLimitError:
+                    self._late = True
+                drawn = self._sheet.count
+            whole = self._tell_late(drawn, "drawn") and whole
+        return whole
+
+    def _tell_late(self, kept: int, doing: str) -> bool:
+        """Report how many fills were kept in time; return whether there were any."""
+        if kept < self._listed:
+            say(
+                f"{kept:,} of {plural(self._listed, 'fill')} {doing}: the time limit was over; "
+                "allow more seconds, or ask for fewer fills (--limit)"
+            )
+        return kept > 0
 
 
 def run_batch(
@@ -317,7 +388,8 @@ def run_batch(
 ) -> int:
     """Answer every line that is not empty with one line of JSON, in order.
 
-    A line that cannot be read gets a document with "error" instead of "fills". obj: the folder
+    A line that cannot be read gets a document with "error" instead of "fills", one that is not
+    asked any more when the time limit is over a document without fills. obj: the folder
     for a folder of OBJ files for each line. image: the name of a sheet, to which each line adds
     its number. Returns the exit code: that of bad input if there was such a line, that of nothing
     found if a boundary has no fill.
@@ -330,27 +402,35 @@ def run_batch(
         asked += 1
         try:
             boundary, strokes = parse_line(_text(line))
+            head = {
+                "line": number,
+                "sides": list(boundary.lengths),
+                "corners": list(boundary.corners),
+            }
+            if is_late():
+                unanswered += 1
+                write_json({**head, "fills": [], **NOT_ASKED})
+                continue
             found = find_fills(database, boundary, strokes=strokes, **arguments)
-            listed = list(found)
+        except TimeLimitError:
+            unanswered += 1
+            write_json({"line": number, "fills": [], **NOT_ASKED})
+            continue
         except (InvalidBoundaryError, InvalidQueryError) as error:
             unreadable += 1
             write_json({"line": number, "error": str(error)})
             continue
-        unanswered += not listed
-        document = {
-            "line": number,
-            "sides": list(boundary.lengths),
-            "corners": list(boundary.corners),
-            "truncated": found.truncated,
-            "stopped": found.stopped,
-            "reason": found.reason,
-            "seconds": round(found.seconds, 4),
-        }
-        described = describe_fills(listed, find_holders(database, listed))
-        write_json_with(document, "fills", described)
+        listing = FillListing(database, found)
         folder = None if obj is None else obj / f"line-{number:03}"
         sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
-        _keep(listed, boundary, strokes, arguments["tolerance"], None, folder, sheet)
+        kept = KeptFills(boundary, strokes, arguments["tolerance"], folder, sheet)
+
+        def end(listing: FillListing = listing) -> dict[str, object]:
+            return {**listing.to_json(), "seconds": round(listing.found.seconds, 4)}
+
+        write_json_with(head, "fills", kept.describe(listing), end)
+        whole = kept.close()
+        unanswered += not (listing.count and whole)
     say(
         f"{plural(asked, 'boundary', 'boundaries')}, {unanswered} without a fill, "
         f"{unreadable} that could not be read"
@@ -358,6 +438,16 @@ def run_batch(
     if unreadable:
         return EXIT_BAD_INPUT
     return EXIT_NOTHING if unanswered else 0
+
+
+#: The end of the answer to a line of a batch that comes after the time limit.
+NOT_ASKED: dict[str, object] = {
+    "truncated": True,
+    "stopped": TIME_LIMIT,
+    "complete": False,
+    "reason": "the time limit was over before this boundary was asked; allow more seconds",
+    "seconds": 0.0,
+}
 
 
 def _text(line: bytes) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 
 from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.obj import write_faces
-from patterndb_app.cli.options import OBJ, FileName, as_json, picture_path, read_model
+from patterndb_app.cli.options import OBJ, Count, FileName, as_json, picture_path, read_model
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 
@@ -36,7 +36,7 @@ delta_option = click.option(
 
 rounds_option = click.option(
     "--rounds",
-    type=click.IntRange(1, 20),
+    type=Count(1, 20),
     default=MAPPING_ROUNDS,
     show_default=True,
     help="Rounds of mapping, each from the surface of the one before.",

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, TypeVar, overload
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
 
 import click
 
+from patterndb.errors import NotFoundError
+from patterndb.system.compiling import read_work_clock
+from patterndb.system.deadline import get_deadline, is_late
+from patterndb.system.numbers import MOST_EDGES
 from patterndb_app.cli.options import (
+    Count,
     ParamType,
     Range,
     max_irregular_option,
     provenance_options,
+    time_limit_option,
     valence_option,
 )
 
@@ -106,7 +115,7 @@ folded_option = click.option(
 _OPTIONS = (
     click.option(
         "--tolerance",
-        type=click.IntRange(0),
+        type=Count(0, MOST_EDGES),
         default=1,
         show_default=True,
         metavar="K",
@@ -119,7 +128,7 @@ _OPTIONS = (
     ),
     click.option(
         "--max-boundary-irregular",
-        type=click.IntRange(0),
+        type=Count(),
         default=3,
         show_default=True,
         metavar="K",
@@ -127,7 +136,7 @@ _OPTIONS = (
     ),
     max_irregular_option,
     valence_option,
-    click.option("--max-quads", type=click.IntRange(1), metavar="N", help="At most N quads."),
+    click.option("--max-quads", type=Count(1), metavar="N", help="At most N quads."),
     click.option(
         "--pattern-corners",
         type=Range(least=0),
@@ -162,17 +171,12 @@ _OPTIONS = (
     ),
     click.option(
         "--per-pattern",
-        type=click.IntRange(0),
+        type=Count(),
         default=0,
         metavar="N",
         help="List at most N fills of one pattern, with --flat; 0 for all.  [default: 0]",
     ),
-    click.option(
-        "--time-limit",
-        type=click.FloatRange(0, 1e6, min_open=True),
-        metavar="SECONDS",
-        help="End the list after so long.",
-    ),
+    time_limit_option,
     click.option(
         "--solver",
         type=click.Choice(["kernel", "cp-sat"]),
@@ -180,7 +184,7 @@ _OPTIONS = (
         show_default=True,
         help="What finds the widths.",
     ),
-    click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Threads; one a core."),
+    click.option("--jobs", type=Count(1, 1024), metavar="N", help="Threads; one a core."),
 )
 
 
@@ -227,7 +231,6 @@ def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
             "min_frequency",
             "use_counts",
             "order",
-            "time_limit",
             "solver",
             "pattern",
         )
@@ -249,6 +252,10 @@ def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
     return arguments
 
 
+#: What remains of a time limit at least when a service is asked.
+LEAST_SECONDS = 0.01
+
+
 @overload
 def find_fills(
     source: Database | DatabaseUnion, boundary: Boundary, *, folded: bool, **arguments: Any
@@ -268,7 +275,8 @@ def find_fills(
     folded: bool,
     **arguments: Any,
 ) -> Fills | RemoteFills:
-    """As :func:`query.fills`, but that the pattern goes by the first digits of its name.
+    """As :func:`query.fills`, but that the pattern goes by the first digits of its name, and the
+    time limit is the command's: the thread's deadline.
 
     source: a database, several as one, or one that a service answers for. folded: one fill of
     each pattern.
@@ -279,6 +287,9 @@ def find_fills(
     if folded:
         arguments["per_pattern"] = 1
     if not isinstance(source, Database | DatabaseUnion):
+        seconds = get_deadline() - read_work_clock()
+        if seconds < math.inf:
+            arguments["time_limit"] = max(seconds, LEAST_SECONDS)
         return source.fills(boundary, **arguments)
     name = arguments.get("pattern")
     if name is not None:
@@ -286,25 +297,125 @@ def find_fills(
     return fills(source, boundary, **arguments)
 
 
-def find_holders(
-    source: Database | DatabaseUnion | RemoteDatabase, fills: Sequence[Fill]
-) -> list[list[PatternHolder]] | None:
-    """Find which of several databases hold the pattern of each fill; None where one is asked."""
-    from patterndb.store import DatabaseUnion
+@dataclass(frozen=True, slots=True, eq=False)
+class ListedFill:
+    """A fill of a list. rank: from 1. variants: how many more fills its pattern has, in a folded
+    list. holders: which databases hold its pattern, where several were asked."""
 
-    if not isinstance(source, DatabaseUnion):
-        return None
-    return [source.find_holders(fill.pattern) for fill in fills]
+    fill: Fill
+    rank: int
+    variants: int | None = None
+    holders: Sequence[PatternHolder] | None = None
+
+    def to_json(self) -> dict[str, object]:
+        """The fill as JSON takes it."""
+        if self.holders is None:
+            return {**self.fill.to_json()}
+        return {**self.fill.to_json(), "databases": [one.to_json() for one in self.holders]}
 
 
-def describe_fills(
-    fills: Sequence[Fill], holders: Sequence[Sequence[PatternHolder]] | None
-) -> Iterator[dict[str, object]]:
-    """The fills as JSON takes them, with the databases that hold their patterns where several
-    were asked (:func:`find_holders`)."""
-    for at, fill in enumerate(fills):
-        told = {} if holders is None else {"databases": [one.to_json() for one in holders[at]]}
-        yield {**fill.to_json(), **told}
+#: Fills whose variants are counted together.
+COUNTED_TOGETHER = 60
+
+
+class FillListing:
+    """The fills that a search finds, one after another, so that none need be kept.
+
+    count: how many there were so far. counts_variants: are the other fills of each pattern counted?
+    found: the search.
+    """
+
+    def __init__(
+        self,
+        source: Database | DatabaseUnion | RemoteDatabase,
+        found: Fills | RemoteFills,
+        *,
+        counts_variants: bool = False,
+    ) -> None:
+        from query import Fills
+
+        self.count = 0
+        self.found = found
+        self.counts_variants = counts_variants and isinstance(found, Fills)
+        self._source = source
+
+    def __iter__(self) -> Iterator[ListedFill]:
+        """Yield the fills."""
+        from patterndb.store import DatabaseUnion
+        from query import Fills
+
+        while some := list(islice(self.found, COUNTED_TOGETHER if self.counts_variants else 1)):
+            variants: list[int | None] = [None] * len(some)
+            if self.counts_variants and isinstance(self.found, Fills):
+                variants = self.found.count_variants(some)
+            for fill, more in zip(some, variants, strict=True):
+                self.count += 1
+                holders = None
+                if isinstance(self._source, DatabaseUnion):
+                    holders = self._source.find_holders(fill.pattern)
+                yield ListedFill(fill, self.count, more, holders)
+
+    def describe(
+        self, keep: Callable[[ListedFill], None] | None = None
+    ) -> Iterator[dict[str, object]]:
+        """Yield the fills as JSON takes them; where the time limit passes meanwhile, no more than
+        the first. keep: called with each before."""
+        for one in self:
+            if one.rank > 1 and is_late():
+                self.count -= 1
+                self.found.cancel(TIME_LIMIT)
+                return
+            if keep is not None:
+                keep(one)
+            document = one.to_json()
+            if self.counts_variants:
+                document["variants"] = one.variants
+            yield document
+
+    def to_json(self) -> dict[str, object]:
+        """What is known at the end of the list."""
+        reason = None if self.count else self.found.reason
+        stopped = self.found.stopped
+        return {
+            "truncated": self.found.truncated or stopped is not None,
+            "stopped": stopped,
+            "complete": stopped is None,
+            "reason": reason,
+        }
+
+
+def find_ranked(found: Fills | RemoteFills, rank: int, hint: str = "") -> Fill:
+    """Return the ``rank``-th fill of a list, of which no other is kept.
+
+    hint: the end of the message where there are fewer. Raises NotFoundError there, which also
+    reports whether the search was complete.
+    """
+    count = 0
+    for fill in found:
+        count += 1
+        if count == rank:
+            return fill
+    if not count:
+        raise NotFoundError(f"no fill: {found.reason}{hint}")
+    raise NotFoundError(f"no fill {rank} was found, only {count:,}{describe_stop(found)}{hint}")
+
+
+#: Why a list ends at its time limit.
+TIME_LIMIT = "time limit"
+
+
+class Stoppable(Protocol):
+    """A list that may be ended early."""
+
+    @property
+    def stopped(self) -> str | None: ...
+
+
+def describe_stop(found: Stoppable) -> str:
+    """Say in a part of a sentence that the search was not complete; "" where it was."""
+    if found.stopped is None:
+        return ""
+    return f"; the search was not complete ({found.stopped}), so that there may be more"
 
 
 def _identify_pattern(database: Database | DatabaseUnion, name: str) -> int:
@@ -314,11 +425,13 @@ def _identify_pattern(database: Database | DatabaseUnion, name: str) -> int:
     return database.pattern(name).id
 
 
-def format_variants(count: int) -> str:
+def format_variants(count: int | None) -> str:
     """How many more fills a pattern has, as :meth:`Fills.count_variants` counts them: "+7"; ""
-    for none."""
+    for none, "+?" where time was up before they were counted."""
     from query.listing.stream import MOST_COUNTED
 
+    if count is None:
+        return "+?"
     if count == 0:
         return ""
     return f"+{count} or more" if count == MOST_COUNTED else f"+{count}"

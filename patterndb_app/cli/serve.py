@@ -9,7 +9,7 @@ from pathlib import Path
 import click
 
 from patterndb.system.extras import require_extra
-from patterndb_app.cli.options import FileName
+from patterndb_app.cli.options import Count, FileName
 from patterndb_app.cli.text import say
 
 #: Addresses that only this machine reaches.
@@ -36,9 +36,7 @@ SHORTEST_TOKEN = 16
     metavar="ADDRESS",
     help="The address to listen at; others than this machine's need --allow-host.",
 )
-@click.option(
-    "--port", type=click.IntRange(0, 65535), default=8017, show_default=True, help="0: any free."
-)
+@click.option("--port", type=Count(0, 65535), default=8017, show_default=True, help="0: any free.")
 @click.option(
     "--allow-host",
     "hosts",
@@ -56,7 +54,7 @@ SHORTEST_TOKEN = 16
 )
 @click.option(
     "--workers",
-    type=click.IntRange(1, 64),
+    type=Count(1, 64),
     default=1,
     show_default=True,
     metavar="N",

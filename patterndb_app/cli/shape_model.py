@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from patterndb.system.numbers import MOST_COUNT
 from patterndb_app.cli.obj import write_faces
 from patterndb_app.cli.options import (
     OBJ,
+    Count,
     DragParam,
     FileName,
     FileToWrite,
@@ -71,7 +73,7 @@ def shape_model() -> None:
     metavar="FILE",
     help="The shape model, NPZ.",
 )
-@click.option("--modes", type=click.IntRange(1), metavar="L", help="Keep only the first L modes.")
+@click.option("--modes", type=Count(1), metavar="L", help="Keep only the first L modes.")
 @delta_option
 @rounds_option
 @tolerance_option
@@ -257,7 +259,7 @@ def _add_edit_options(command: Any) -> Any:
                 help="Begin with the learned shape of this name, not with the mean.",
             ),
             click.option(
-                "--modes", type=click.IntRange(1), metavar="L", help="Use the first L modes alone."
+                "--modes", type=Count(1), metavar="L", help="Use the first L modes alone."
             ),
             click.option(
                 "--picture",
@@ -293,7 +295,7 @@ def _add_edit_options(command: Any) -> Any:
     help="Move along mode K, from 1, by so many standard deviations. May be repeated.",
 )
 @click.option("--random", is_flag=True, help="A shape at random, as likely as the learned ones.")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="For --random.")
+@click.option("--seed", type=Count(), default=0, show_default=True, help="For --random.")
 def sample(
     shapes: Path, like: str | None, modes: int | None, chosen: tuple[tuple[int, float], ...],
     random: bool, seed: int, **wanted: Any,
@@ -333,7 +335,7 @@ def sample(
 )
 @click.option(
     "--vertex",
-    type=int,
+    type=Count(-MOST_COUNT),
     metavar="K",
     help="Pull vertex K of the dragged feature, from 0; -1 is its last. Its ends stay.",
 )

@@ -67,13 +67,21 @@ def write_json(document: Mapping[str, object]) -> None:
     write(_json(document))
 
 
-def write_json_with(document: Mapping[str, object], name: str, items: Iterable[object]) -> None:
-    """As write_json, with a last entry: the list of items, which are made one at a time,
-    for the fills of long sides are large."""
-    write(_json(document).removesuffix("}"), end=f',"{name}":[')
+def write_json_with(
+    document: Mapping[str, object],
+    name: str,
+    items: Iterable[object],
+    end: Callable[[], Mapping[str, object]] | None = None,
+) -> None:
+    """As write_json, with one more entry: the list of items, which are made one at a time,
+    for the fills of long sides are large. end: gives the entries that follow, once they are known.
+    """
+    head = _json(document).removesuffix("}")
+    write(head, end=f'{"," if document else ""}"{name}":[')
     for number, item in enumerate(items):
         write("," if number else "", end=_json(item))
-    write("]}")
+    last: Mapping[str, object] = {} if end is None else end()
+    write("]" + ("," + _json(last)[1:] if last else "}"))
 
 
 def _json(value: object) -> str:

@@ -182,9 +182,9 @@ class RemoteDatabase:
 class RemoteFills(Iterator[Fill]):
     """An iterator over fills that a service finds, best first, as :class:`query.Fills` is.
 
-    boundary, truncated, stopped, seconds, reason: as there; known once the iterator has ended.
-    placed: of every fill so far, in their order, (v, 3) places of its vertices, where the service
-    was to place them.
+    boundary, truncated, stopped, complete, seconds, reason: as there; known once the iterator has
+    ended. placed: of every fill so far, in their order, (v, 3) places of its vertices, where the
+    service was to place them.
 
     Another thread may call :meth:`cancel` at any time.
     """
@@ -199,6 +199,7 @@ class RemoteFills(Iterator[Fill]):
         self._client = client
         self._question = question
         self._response: httpx.Response | None = None
+        self._cancelled = False
         self._source = self._ask()
 
     def __iter__(self) -> RemoteFills:
@@ -207,9 +208,17 @@ class RemoteFills(Iterator[Fill]):
     def __next__(self) -> Fill:
         return next(self._source)
 
-    def cancel(self) -> None:
-        """End the list as soon as may be, from whichever thread; the service ends its search."""
-        self.stopped = "cancelled"
+    @property
+    def complete(self) -> bool:
+        return self.stopped is None
+
+    def cancel(self, why: str = "cancelled") -> None:
+        """End the list as soon as may be, from whichever thread; the service ends its search.
+
+        why: what ``stopped`` will be.
+        """
+        self.stopped = why
+        self._cancelled = True
         if self._response is not None:
             stream = self._response.extensions.get("network_stream")
             end = None if stream is None else stream.get_extra_info("socket")
@@ -230,7 +239,7 @@ class RemoteFills(Iterator[Fill]):
                 if response.status_code != OK:
                     refuse(read_document(response.read()), response.status_code)
                 for line in response.iter_lines():
-                    if self.stopped == "cancelled":
+                    if self._cancelled:
                         return
                     document = read_document(line.encode())
                     refuse(document, int(document.get("status", 200)))
@@ -243,7 +252,7 @@ class RemoteFills(Iterator[Fill]):
             if self.stopped is None:
                 raise ServiceError("the service closed the connection before the list was whole")
         except httpx.HTTPError as error:
-            if self.stopped != "cancelled":
+            if not self._cancelled:
                 raise ServiceError(f"the service does not answer: {error}") from error
         finally:
             self._response = None

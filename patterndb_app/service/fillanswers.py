@@ -11,7 +11,7 @@ from patterndb.system.compiling import read_work_clock
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import FillQuestion
-from patterndb_app.service.work import LATE, STOPPING, RequestWork
+from patterndb_app.service.work import GONE, LATE, STOPPING, RequestWork
 from query import Fill, Fills, fills
 from query.placing import Region, Surface, enclose_region, place
 from query.stroke import TOLERANCE
@@ -48,7 +48,7 @@ class FillAnswer:
             threads=THREADS,
             **question.find_options(database),
         )
-        work.on_end(self._found.cancel)
+        work.on_end(lambda: self._found.cancel(work.stopped or GONE))
 
     @property
     def head(self) -> dict[str, object]:
@@ -66,19 +66,22 @@ class FillAnswer:
             size += len(line)
             if size > self._limits.answer_bytes:
                 self._stopped = TOO_LARGE
-                self._found.cancel()
+                self._found.cancel(TOO_LARGE)
                 return
             yield line
 
     def end(self) -> dict[str, object]:
         """What is said at the end; ask for it when the lines have ended."""
+        # The reason may take a search of its own, which the time limit ends as well.
+        reason = self._found.reason
         stopped = self._stopped or self._found.stopped
         if self._work.stopped in (LATE, STOPPING):
             stopped = self._work.stopped
         return {
             "truncated": self._found.truncated or stopped is not None,
             "stopped": stopped,
-            "reason": self._found.reason,
+            "complete": stopped is None,
+            "reason": reason,
             "seconds": round(read_work_clock() - self._began, 4),
         }
 

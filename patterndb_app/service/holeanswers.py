@@ -117,7 +117,8 @@ def answer_holes(
     document: dict[str, Any] = {"holes": [found.to_json(fills)]}
     if asked.weld is not None:
         if asked.weld > len(fills):
-            raise InvalidMeshError(f"there is no fill {asked.weld}, only {len(fills)}")
+            ended = "" if found.complete else f"; the search was not complete ({found.stopped})"
+            raise InvalidMeshError(f"no fill {asked.weld} was found, only {len(fills)}{ended}")
         welded = weld_fills([fills[asked.weld - 1]])
         document["mesh"] = {"points": welded.points.tolist(), "faces": welded.faces()}
     return document

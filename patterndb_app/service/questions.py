@@ -11,6 +11,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 from patterndb.errors import InvalidBoundaryError, NotFoundError
 from patterndb.system.documents import Entries, JsonValue, parse_json
+from patterndb.system.numbers import MOST_COUNT
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
@@ -21,8 +22,8 @@ from query.errors import InvalidQueryError
 from query.listing.orders import ORDERS
 from query.stroke import Stroke
 
-Count = Annotated[int, Meta(ge=0, le=2**31, description="a whole number from 0")]
-Positive = Annotated[int, Meta(ge=1, le=2**31, description="a whole number from 1")]
+Count = Annotated[int, Meta(ge=0, le=MOST_COUNT, description="a whole number from 0")]
+Positive = Annotated[int, Meta(ge=1, le=MOST_COUNT, description="a whole number from 1")]
 Least = Annotated[
     list[Count], Meta(min_length=2, max_length=2, description="two numbers, [least, greatest]")
 ]

@@ -75,7 +75,6 @@ class HoleSearch:
     scores: Floats
     strokes: Sequence[Stroke]
     tolerance: int
-    time_limit: float | None
     threads: int | None
     mirrors: Int32Array
     rim: HoleRim
@@ -99,7 +98,6 @@ class HoleSearch:
         fixed: dict[int, int] | None = None,
         strokes: Sequence[Stroke] = (),
         tolerance: int = 0,
-        time_limit: float | None = None,
         threads: int | None = None,
     ) -> HoleSearch:
         """Prepare a search; fixed corners get probability one.
@@ -123,7 +121,6 @@ class HoleSearch:
             scores,
             strokes,
             tolerance,
-            time_limit,
             threads,
             mirrors,
             rim,
@@ -226,7 +223,6 @@ class HoleSearch:
                 strict=strict,
                 strokes=moved,
                 tolerance=self.tolerance,
-                time_limit=self.time_limit,
                 threads=self.threads,
             )
         places: dict[int, int] = {}

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, takewhile
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,8 +13,9 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.errors import InvalidMeshError
+from patterndb.errors import InvalidMeshError, TimeLimitError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.deadline import end_by, get_deadline, is_late, run_until_late
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER
 from query.engine import PatternSource
 from query.errors import InvalidQueryError
@@ -58,6 +60,9 @@ PLACED_VERTICES = 12_000
 #: Fills of a hole of which the other side shows a part; and what their score, which is that of the
 #: rest, is raised by: they come before all that do not follow the other side.
 CONTINUED, AHEAD = 12, 100.0
+
+#: Seconds after a time limit in which a fill that was found by then may be placed.
+PLACING_SECONDS = 0.25
 
 #: Rings of faces around a hole that are looked at, and one more.
 SEEN = 4
@@ -136,26 +141,62 @@ class HoleFill:
 class HoleFills(Iterator[HoleFill]):
     """An iterator over the fills of a hole, best first.
 
-    hole: what they fill. twin: was a mirror twin found? seconds: spent so far.
+    hole: what they fill. twin: was a mirror twin found? seconds: spent so far. stopped: "time
+    limit" where that ended the list, else None. complete: was everything searched that was asked
+    for?
     """
 
-    def __init__(self, hole: Hole, found: Iterator[HoleFill]) -> None:
+    def __init__(
+        self, hole: Hole, found: Iterator[HoleFill], limit: int | None, time_limit: float | None
+    ) -> None:
         self.hole = hole
         self.twin = False
         self.seconds = 0.0
+        self.stopped: str | None = None
         self._found = found
+        self._limit, self._time_limit = limit, time_limit
+        self._count = 0
+        self._deadline: float | None = None
 
     def __iter__(self) -> HoleFills:
         return self
 
+    @property
+    def complete(self) -> bool:
+        return self.stopped is None
+
     def __next__(self) -> HoleFill:
         begin = read_work_clock()
+        if self._deadline is None:
+            mine = math.inf if self._time_limit is None else begin + self._time_limit
+            self._deadline = min(mine, get_deadline())
+        if self.stopped is not None or self._count == self._limit:
+            raise StopIteration
         try:
-            fill = next(self._found)
+            fill = self._find_next(self._deadline)
         finally:
             self.seconds += read_work_clock() - begin
+        if fill is None:
+            if read_work_clock() >= self._deadline:
+                self.stopped = "time limit"
+            raise StopIteration
+        self._count += 1
         self.twin = self.twin or fill.twin
         return fill
+
+    def _find_next(self, deadline: float) -> HoleFill | None:
+        # The search ends at the deadline, with what it has: to place that takes a moment more. A
+        # single step that takes longer, on a very large hole, is left to itself.
+        def search() -> HoleFill | None:
+            with end_by(deadline):
+                return next(self._found, None)
+
+        try:
+            with end_by(deadline + PLACING_SECONDS):
+                return run_until_late(search, "a fill was placed")
+        except TimeLimitError:
+            self.stopped = "time limit"
+            return None
 
     def to_json(self, fills: Sequence[HoleFill]) -> dict[str, Any]:
         """The hole and those of its fills that were listed, as JSON takes them."""
@@ -163,6 +204,8 @@ class HoleFills(Iterator[HoleFill]):
             "loop": self.hole.loop.tolist(),
             "corners": fills[0].corners.tolist() if fills else [],
             "twin": self.twin,
+            "stopped": self.stopped,
+            "complete": self.complete,
             "seconds": round(self.seconds, 4),
             "fills": [fill.to_json() for fill in fills],
         }
@@ -199,6 +242,9 @@ def fill_holes(
     twins: is a mirror image of the other side proposed first?
     like: fills of other holes of the mesh. Where this hole is the mirror image of one of theirs,
     the same fill comes first, mirrored; where the mesh is nearly symmetric, it is placed anew.
+    time_limit: seconds after which the list ends; the earlier deadline of the thread that begins it
+    (:mod:`patterndb.system.deadline`) ends it, too. A list that is still empty then has the best
+    fill that was found until then, if there is one.
     models: of what artists do; by default those that come with the package.
 
     Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop, for
@@ -212,9 +258,9 @@ def fill_holes(
         raise InvalidMeshError("like has a fill of another mesh; give fills of this one's holes")
     used = models or shipped_models()
     listed = _list_fills(
-        db, hole, fixed, tuple(strokes), tolerance, surface, twins, like, time_limit, threads, used
+        db, hole, fixed, tuple(strokes), tolerance, surface, twins, like, threads, used
     )
-    return HoleFills(hole, islice(listed, limit))
+    return HoleFills(hole, listed, limit, time_limit)
 
 
 def weld_fills(fills: Sequence[HoleFill]) -> PolygonMesh:
@@ -345,7 +391,6 @@ def _list_fills(
     surface: Surface | None,
     twins: bool,
     like: Sequence[HoleFill],
-    time_limit: float | None,
     threads: int | None,
     models: HoleModels,
 ) -> Iterator[HoleFill]:
@@ -363,7 +408,6 @@ def _list_fills(
         fixed=fixed,
         strokes=strokes,
         tolerance=tolerance,
-        time_limit=time_limit,
         threads=threads,
     )
     if twins and not strokes and not fixed:
@@ -377,14 +421,14 @@ def _list_fills(
             if search.take_new(quads, n + len(points), n) is not None:
                 yield _twin_fill(hole, around, quads, points)
         else:
-            for fill in _continue_part(db, hole, around, surface, time_limit, threads, models):
+            for fill in _continue_part(db, hole, around, surface, threads, models):
                 if search.take_new(fill.local, n + len(fill.points), n) is not None:
                     yield fill
     known: list[HoleCandidate] = []
     source = search.all()
     for candidate in source:
         known.append(candidate)
-        if search.assignments > ASKED_FIRST:
+        if search.assignments > ASKED_FIRST or is_late():
             break
     if not known:
         return
@@ -392,8 +436,8 @@ def _list_fills(
     board = _CandidateBoard(around, models.facts, models.whole)
     board.add(known, PLACED_FIRST)
     yield _hole_fill(hole, around, *board.take_best(), ground)
-    board.add(list(source), PLACED - PLACED_FIRST)
-    while board:
+    board.add(list(takewhile(lambda _: not is_late(), source)), PLACED - PLACED_FIRST)
+    while board and not is_late():
         yield _hole_fill(hole, around, *board.take_best(), ground)
 
 
@@ -460,12 +504,16 @@ class _CandidateBoard:
             if count and vertices > PLACED_VERTICES:
                 break
             count += 1
+        placed = 0
         for _, _, candidate, facts in self._waiting[:count]:
+            if placed and is_late():
+                break
+            placed += 1
             lies = place_fill(self._around, candidate.quads, candidate.n_vertices)
             self._placed.append((len(self._numbers), candidate, lies))
             self._numbers.append(np.concatenate([facts, lies.measures]))
             self._losses += _lose_by_asymmetry([candidate]).tolist()
-        del self._waiting[:count]
+        del self._waiting[:placed]
         self._scores = self._whole.score(np.array(self._numbers)) - self._losses
 
 
@@ -474,7 +522,6 @@ def _continue_part(
     hole: Hole,
     around: Surroundings,
     surface: Surface | None,
-    time_limit: float | None,
     threads: int | None,
     models: HoleModels,
 ) -> Iterator[HoleFill]:
@@ -497,7 +544,7 @@ def _continue_part(
         faces.append(face[::-1] if t.flipped[f] else face)
     near = PolygonMesh.from_faces(np.concatenate([t.mesh.points, part.points]), faces)
     smaller = hole_on_loop(MeshTopology.of(near), vertices)
-    listed = _list_fills(db, smaller, {}, (), 0, surface, False, (), time_limit, threads, models)
+    listed = _list_fills(db, smaller, {}, (), 0, surface, False, (), threads, models)
     place = {int(v): i for i, v in enumerate(hole.loop)}
     for fill in islice(listed, CONTINUED):
         quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]

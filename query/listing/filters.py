@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
-from query.errors import InvalidQueryError
+from query.errors import InvalidQueryError, refuse_large
 
 Range = tuple[int, int]
 
@@ -57,7 +57,7 @@ class Filters:
               :meth:`patterndb.store.Database.pattern_ids`.
     only:     the patterns that may be taken, by their ids, also of constructed fills.
 
-    Raises InvalidQueryError for a negative bound or an empty range.
+    Raises InvalidQueryError for a negative bound, an empty range, and for numbers above MOST_COUNT.
     """
 
     max_irregular: int | None = None
@@ -88,6 +88,16 @@ class Filters:
             raise InvalidQueryError(
                 f"corners is {self.corners}; write (least, greatest), such as (4, 6)"
             )
+        for name, value in (
+            ("max_irregular", self.max_irregular),
+            ("max_boundary_irregular", self.max_boundary_irregular),
+            ("max_quads", self.max_quads),
+            ("min_frequency", self.min_frequency),
+            ("valence", None if self.valence is None else self.valence[1]),
+            ("corners", None if self.corners is None else self.corners[1]),
+        ):
+            if value is not None:
+                refuse_large(name, value)
         for name, value in (("max_quads", self.max_quads), ("min_frequency", self.min_frequency)):
             if value is not None and value < 1:
                 raise InvalidQueryError(f"{name} is {value}; the least is 1, None leaves it open")
@@ -147,10 +157,11 @@ def explain_empty(
     *,
     strict: bool,
     strokes: int,
-    together: Sequence[tuple[int, ...]] = (),
+    together: Sequence[tuple[int, ...]] | None = (),
 ) -> str:
     """One sentence. n_candidates: patterns of the class that pass the filters. strokes: how many
-    were asked for. together: those, by their numbers from 0, that some fill has together."""
+    were asked for. together: those, by their numbers from 0, that some fill has together; None
+    where time was up before that was known."""
     impossible = explain_impossible(boundary, filters) if strict else None
     if impossible:
         return impossible
@@ -179,8 +190,10 @@ def explain_empty(
     )
 
 
-def _list_groups(together: Sequence[tuple[int, ...]], strokes: int) -> str:
+def _list_groups(together: Sequence[tuple[int, ...]] | None, strokes: int) -> str:
     """What of the strokes goes together, as the part of a sentence."""
+    if together is None:
+        return " (time was up before it was known which of them go together)"
     if not together:
         return ", nor on any one of them" if strokes > 1 else ""
     groups = ", and with ".join(

@@ -7,9 +7,10 @@ import math
 import threading
 import weakref
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from collections.abc import Generator, Iterator, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, islice
 
 import numpy as np
@@ -17,9 +18,9 @@ import numpy as np
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import TimeLimitError
 from patterndb.system.compiling import read_work_clock
-from patterndb.system.deadline import Alarm, end_by
+from patterndb.system.deadline import Alarm, begin_task, end_by, get_deadline
 from query.boundary import Boundary
-from query.ending import EndFlag, get_helpers, wait_unless_ended
+from query.ending import EndFlag, wait_unless_ended
 from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
@@ -130,8 +131,12 @@ class Fills(Iterator[Fill]):
     cut_short: the same, but for fills that per_pattern alone left out: are there more patterns?
     seconds:   spent in finding what was listed so far.
     stopped:   "cancelled" or "time limit" where one of these ended the list, else None.
+    complete:  was everything searched that was asked for? If not, that nothing was found does not
+               mean that there is nothing.
 
-    Another thread may call :meth:`cancel` at any time.
+    The time limit holds for all that is asked of the list, and so does the earlier deadline of the
+    thread that begins it (:mod:`patterndb.system.deadline`). Another thread may call :meth:`cancel`
+    at any time.
     """
 
     def __init__(self, query: Query) -> None:
@@ -146,6 +151,7 @@ class Fills(Iterator[Fill]):
         self._left_out = False
         self._deadline = math.inf
         self._alarm: Alarm | None = None
+        self._begun = False
         self._questions: dict[int, Question] = {}
         self._source = self._ordered()
 
@@ -154,10 +160,7 @@ class Fills(Iterator[Fill]):
 
     def __next__(self) -> Fill:
         begin = read_work_clock()
-        if self._query.time_limit is not None and self._alarm is None:
-            self._deadline = begin + self._query.time_limit
-            # Another thread tells the kernels, which look at nothing but their flag.
-            self._alarm = self._set_alarm(self._deadline)
+        self._begin_clock()
         try:
             # Statements of the database end a little later: the last, hurried fill may ask it.
             with end_by(self._deadline + HURRY_SECONDS):
@@ -183,78 +186,133 @@ class Fills(Iterator[Fill]):
     def truncated(self) -> bool:
         return self.cut_short or self._left_out
 
-    def cancel(self) -> None:
-        """End the list as soon as may be, from whichever thread."""
-        self.stopped = "cancelled"
+    @property
+    def complete(self) -> bool:
+        return self.stopped is None
+
+    def cancel(self, why: str = "cancelled") -> None:
+        """End the list as soon as may be, from whichever thread; why: what ``stopped`` will be."""
+        self.stopped = why
         self._cancelled[0] = 1
         if self._alarm is not None:
             self._alarm.call_off()
 
     @property
-    def feasible_patterns(self) -> int:
-        """How many patterns of the database pass the filters and fit the boundary strictly."""
-        table = get_strict_table(self._query.patterns)
+    def feasible_patterns(self) -> int | None:
+        """How many patterns of the database pass the filters and fit the boundary strictly; None
+        where the time limit or :meth:`cancel` ended the list or the count."""
+        with self._timed():
+            if self._cancelled[0]:
+                return None
+            try:
+                count = self._count_feasible()
+            except (QueryEndedError, TimeLimitError):
+                return None
+            return None if self._cancelled[0] else count
+
+    def _count_feasible(self) -> int:
+        q = self._query
+        table = get_strict_table(q.patterns)
         entries = self._entries(table)
-        # Whatever ended the list, the count is of all.
-        search = replace(self._search(1, False), cancelled=np.zeros(1, np.uint8))
+        search = self._search(1, False)
         if search.strokes or search.by_cpsat:
             return int(find_feasible(table, entries, search, once=True).any(axis=1).sum())
-        q = self._query
-        return len(find_feasible_rows(q.patterns, q.boundary, entries.row, threads=q.threads))
+        rows = find_feasible_rows(
+            q.patterns, q.boundary, entries.row, threads=q.threads, cancel=self._cancelled
+        )
+        return len(rows)
 
     @property
     def reason(self) -> str | None:
         """Why nothing was listed, in a sentence; None where something was.
 
-        Where there are several strokes, it asks anew for some of them.
+        Where there are several strokes, it searches for fills of some of them.
         """
         if self._listed:
             return None
         if self.stopped is not None:
-            return f"the query was ended before the first fill was found ({self.stopped})"
+            return (
+                f"the query was ended before the first fill was found ({self.stopped}), so that "
+                "there may be one"
+            )
         q = self._query
-        candidates = len(self._entries(get_strict_table(q.patterns)))
-        return explain_empty(
-            q.patterns,
-            q.boundary,
-            q.filters,
-            candidates,
-            strict=q.filters.max_boundary_irregular == 0,
-            strokes=len(q.strokes),
-            together=self._find_compatible_strokes() if len(q.strokes) > 1 else [],
-        )
+        with self._timed():
+            candidates = len(self._entries(get_strict_table(q.patterns)))
+            return explain_empty(
+                q.patterns,
+                q.boundary,
+                q.filters,
+                candidates,
+                strict=q.filters.max_boundary_irregular == 0,
+                strokes=len(q.strokes),
+                together=self._find_compatible_strokes() if len(q.strokes) > 1 else [],
+            )
 
-    def _find_compatible_strokes(self) -> list[tuple[int, ...]]:
-        """The largest groups of strokes, by their numbers from 0, that a fill has; all as large."""
+    def _find_compatible_strokes(self) -> list[tuple[int, ...]] | None:
+        """Find large groups of strokes, by their numbers from 0, that a fill has; all as large.
+
+        Empty where no stroke alone has a fill; None where that is not known when time is up.
+        """
         n = len(self._query.strokes)
-        for size in range(n - 1, 0, -1):
-            groups = islice(combinations(range(n), size), MOST_GROUPS)
+        alone = [self._has_fill_with((number,)) for number in range(n)]
+        usable = [number for number, has in enumerate(alone) if has]
+        # A fill of several strokes is one of each of them.
+        for size in range(min(len(usable), n - 1), 1, -1):
+            groups = islice(combinations(usable, size), MOST_GROUPS)
             found = [group for group in groups if self._has_fill_with(group)]
             if found:
                 return found
-        return []
-
-    def _has_fill_with(self, group: tuple[int, ...]) -> bool:
-        """Is a fill found that has these of the strokes, in what is left of the time limit?
-
-        Whoever ends this list ends that, too.
-        """
-        q = self._query
-        left = self._count_seconds_left()
-        if left is not None and left <= 0:
-            return False
-        strokes = tuple(q.strokes[i] for i in group)
-        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1, time_limit=left))
-        some._cancelled = self._cancelled
-        return next(some, None) is not None
-
-    def _count_seconds_left(self) -> float | None:
-        """What is left of the time limit; None where there is none."""
-        if self._query.time_limit is None:
+            if self._cancelled[0]:
+                break
+        if not usable and None in alone:
             return None
-        if self._alarm is None:
-            return self._query.time_limit
-        return self._deadline - read_work_clock()
+        return [(number,) for number in usable]
+
+    def _has_fill_with(self, group: tuple[int, ...]) -> bool | None:
+        """Is a fill found that has these of the strokes? None where time is up before that.
+
+        Its flag is that of this list, so that the limit and :meth:`cancel` end it as well.
+        """
+        if self._cancelled[0]:
+            return None
+        q = self._query
+        strokes = tuple(q.strokes[i] for i in group)
+        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1, time_limit=None))
+        some._cancelled = self._cancelled
+        if next(some, None) is not None:
+            return True
+        return None if self._cancelled[0] or not some.complete else False
+
+    def _begin_clock(self) -> None:
+        """Set the deadline and its alarm, at the first that is asked of this list."""
+        if self._begun:
+            return
+        self._begun = True
+        limit = self._query.time_limit
+        mine = math.inf if limit is None else read_work_clock() + limit
+        self._deadline = min(mine, get_deadline())
+        if self._deadline < math.inf:
+            # Another thread sets the flag of kernels, which look at nothing else.
+            self._alarm = self._set_alarm(self._deadline)
+
+    @contextmanager
+    def _timed(self) -> Generator[None]:
+        """Have what follows the list end when the list would have."""
+        self._begin_clock()
+        flag = self._cancelled
+
+        def ring() -> None:
+            flag[0] = 1
+
+        alarm = Alarm(self._deadline, ring) if self._deadline < math.inf else None
+        try:
+            if read_work_clock() >= self._deadline:
+                ring()
+            with end_by(self._deadline):
+                yield
+        finally:
+            if alarm is not None:
+                alarm.call_off()
 
     def variants(self, fill: Fill, limit: int | None = None) -> Fills:
         """Find the other fills of a fill's pattern, in the order of this list.
@@ -266,18 +324,17 @@ class Fills(Iterator[Fill]):
         filters = replace(q.filters, only=frozenset((fill.pattern.id,)))
         return Fills(replace(q, filters=filters, limit=limit, per_pattern=None, known=fill))
 
-    def count_variants(self, fills: Sequence[Fill], most: int = MOST_COUNTED) -> list[int]:
+    def count_variants(self, fills: Sequence[Fill], most: int = MOST_COUNTED) -> list[int | None]:
         """Count the other fills of each fill's pattern, up to ``most``: families of long sides
-        run into millions. Where a time limit ends this too, no more than were found until then.
+        run into millions. None where time was up before a pattern's fills were counted.
 
         fills: some of this list, of different patterns.
         """
         q = self._query
-        left = self._count_seconds_left()
         counted = Fills(
             replace(
                 q,
-                time_limit=None if left is None else max(left, HURRY_SECONDS),
+                time_limit=None,
                 filters=replace(q.filters, only=frozenset(fill.pattern.id for fill in fills)),
                 # No order needs to measure what is only counted.
                 order=ORDERS["regular"],
@@ -285,8 +342,13 @@ class Fills(Iterator[Fill]):
                 per_pattern=most + 1,
             )
         )
-        of_pattern = Counter(fill.pattern.id for fill in counted)
-        return [max(of_pattern[fill.pattern.id] - 1, 0) for fill in fills]
+        counted._cancelled = self._cancelled
+        with self._timed():
+            of_pattern = Counter(fill.pattern.id for fill in counted)
+        counts = [max(of_pattern[fill.pattern.id] - 1, 0) for fill in fills]
+        if counted.complete and not self._cancelled[0]:
+            return list(counts)
+        return [count if count == most else None for count in counts]
 
     # How the list comes about.
 
@@ -356,12 +418,16 @@ class Fills(Iterator[Fill]):
         if fill.n_quads < LARGE_QUADS:
             return measure(fill, q.boundary, q.strokes, q.tolerance)
         # One that is placed takes a second, in which nothing looks at the flag.
-        task = get_helpers().submit(measure, fill, q.boundary, q.strokes, q.tolerance)
+        task = begin_task(partial(measure, fill, q.boundary, q.strokes, q.tolerance))
         return task.result() if wait_unless_ended(task, self._cancelled) else None
 
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
         """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
-        yield from self._passes(wanted)
+        try:
+            yield from self._passes(wanted)
+        except TimeLimitError:
+            # A statement of the database was ended.
+            self._time_out(self._cancelled)
         if self.stopped != "time limit" or self._found:
             return
         # Time is up and nothing is found: a grid takes no search, and for a moment something else
@@ -369,7 +435,8 @@ class Fills(Iterator[Fill]):
         flag, self._cancelled = self._cancelled, np.zeros(1, np.uint8)
         end = self._set_alarm(self._deadline + HURRY_SECONDS)
         try:
-            yield from islice(self._passes(1), 1)
+            with suppress(TimeLimitError):
+                yield from islice(self._passes(1), 1)
             if not self._found:
                 self._cancelled = np.zeros(1, np.uint8)
                 yield from self._in_a_hurry()
@@ -394,7 +461,7 @@ class Fills(Iterator[Fill]):
             first = self._find_first()
             if first is not None:
                 sieve.list_first(first)
-                sieve.count(first)
+                sieve.count_first()
                 yield first
         yield from self._merged(self._search(wanted, artist), sieve)
 
@@ -611,7 +678,8 @@ class _Sieve:
         self._query = query
         self._closed = query.boundary.n_sides == 0
         self._of_pattern: Counter[int] = Counter()
-        self._passed: list[Fill] = []
+        # Candidates, which are small: their fills are made again where they are compared.
+        self._passed: list[Candidate] = []
         self._first: Fill | None = None
         self._first_key = b""
         self._keys: set[bytes] = set()
@@ -621,6 +689,12 @@ class _Sieve:
         """Remember a fill that is listed already, for the search will come by it."""
         self._first = fill
         self._first_key = hash_fill(fill, self._closed)
+
+    def count_first(self) -> None:
+        """Count that fill as one of its pattern's."""
+        assert self._first is not None
+        self._of_pattern[self._first.pattern.id] += 1
+        self._keys.add(self._first_key)
 
     def is_done_with(self, pattern_id: int) -> bool:
         """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
@@ -650,13 +724,9 @@ class _Sieve:
         if self._is_full(candidate.pattern_id):
             self.cut = True
             return None
-        self.count(fill)
+        self._of_pattern[candidate.pattern_id] += 1
+        self._passed.append(candidate)
         return fill
-
-    def count(self, fill: Fill) -> None:
-        """Count a fill that is listed."""
-        self._of_pattern[fill.pattern.id] += 1
-        self._passed.append(fill)
 
     def _is_full(self, pattern_id: int) -> bool:
         most = self._query.most_looked_at
@@ -667,5 +737,5 @@ class _Sieve:
         while self._passed:
             if ended[0]:
                 return True
-            self._keys.add(hash_fill(self._passed.pop(), self._closed))
+            self._keys.add(hash_fill(self._passed.pop().fill(), self._closed))
         return bool(self._keys) and hash_fill(fill, self._closed) in self._keys

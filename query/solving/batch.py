@@ -40,7 +40,8 @@ def pose_question(boundary: Boundary, strokes: Sequence[Stroke], tolerance: int)
         lengths=np.ascontiguousarray(lengths[sides]),
         weights=np.ascontiguousarray(weights[sides[:, :, None], sides[:, None, :]]),
         flows=np.stack([orient_strokes(strokes, boundary, o) for o in list_orientations(n)]),
-        tolerance=tolerance,
+        # An end that may be off by a whole side may be anywhere.
+        tolerance=min(tolerance, max(boundary.lengths)),
     )
 
 

@@ -12,21 +12,16 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.label import split_word
+from patterndb.system.deadline import LOOK_SECONDS, begin_task
 from patterndb.system.extras import require_extra
-from query.ending import (
-    LOOK_SECONDS,
-    NEVER,
-    EndFlag,
-    get_helpers,
-    refuse_if_ended,
-    wait_unless_ended,
-)
+from query.ending import NEVER, EndFlag, refuse_if_ended, wait_unless_ended
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import BestFits, Labels, Question
 from query.solving.evenness import OFF
@@ -155,7 +150,7 @@ class _Model:
         solver.parameters.enumerate_all_solutions = every
         # Python shall see Ctrl-C: OR-Tools would end the one system and go on with the next.
         solver.parameters.catch_sigint_signal = False
-        solving = get_helpers().submit(solver.solve, self.model, callback)
+        solving = begin_task(partial(solver.solve, self.model, callback))
         try:
             ended = not wait_unless_ended(solving, self.cancelled)
         except BaseException:
