@@ -1,6 +1,7 @@
-"""Ask what is hard, and see that the list ends when it shall: by a limit, by cancel(), by Ctrl-C.
+"""Ask what is hard, and see that all ends when it should: by a limit, by cancel(), by Ctrl-C.
 
     python benchmarks/adversarial_queries.py --seconds 2
+    python benchmarks/adversarial_queries.py --seconds 2 --commands
 
 Forty questions to the starter database that a search could spend minutes or for ever on: many
 strokes, boundaries with reflex corners, CP-SAT as the solver, long sides, many sides, families.
@@ -9,23 +10,34 @@ another thread, and with SIGINT sent to the process. Written down is how many se
 moment the question had ended, with kernels compiled and tables loaded before, and how many seconds
 of the processor it took for that: a machine that has other work to do ends everything late.
 
+With --commands, the commands of the command line are run instead, whole processes: one after the
+other with --time-limit, and without one and SIGINT sent in the middle of their work. What counts is
+the seconds of the processor after the moment, less what the program still had to load then (as an
+easy command needs it): where other work keeps the machine busy, the clock on the wall shows that.
+Also shown are the exit code and the most memory.
+
 Prints a Markdown table and the worst; exits 1 if a question took more than --late seconds.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import multiprocessing
 import os
 import random
+import resource
 import signal
+import subprocess
 import sys
+import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -256,13 +268,204 @@ def try_question(number: int, way: str, seconds: float) -> tuple[int, float, flo
         process.join()
 
 
+# Whole commands.
+
+#: Seconds of the processor, beyond those of an easy command, after which SIGINT is sent.
+INTO_WORK = 1.0
+
+#: Seconds after which a command is killed that neither its limit nor SIGINT has ended.
+HOPELESS = 60.0
+
+
+def list_commands(folder: Path) -> list[list[str]]:
+    """Forty commands that could run for minutes; folder: for what they write."""
+    image, sheet = str(folder / "o.png"), str(folder / "o.svg")
+    crossed = "0:{0}-2:{1} 1:{0}-3:{1}"
+    flows = [flow for k in range(0, 20, 2) for flow in crossed.format(k, 59 - k).split()]
+    strokes = [part for flow in flows for part in ("--flow", flow)]
+    fan_strokes = [part for k in range(20) for part in ("--flow", f"0:{59 - k}-1:{k}")]
+    loops = ["--loop"] * 12
+    every = ["--flat", "--limit", "1000000"]
+    five, six, eight = ",".join(["60"] * 5), ",".join(["100"] * 6), ",".join(["200"] * 8)
+    reflex = ",".join("r" if k % 3 == 2 else "c" for k in range(60))
+    boundaries = folder / "boundaries.jsonl"
+    boundaries.write_text("".join(f"{line}\n" for line in (six, five, eight) * 20))
+    circle = _write_circle(folder / "circle.json", 6, 150)
+    mesh = _write_open_grid(folder / "grid.obj", 300)
+    several = _write_holed_grid(folder / "holed.obj")
+    _write_open_grid(folder / "rim.obj", 60)
+    holes_lines = folder / "holes.jsonl"
+    holes_lines.write_text('{"mesh": "rim.obj"}\n' * 60)
+    return [
+        ["query", "--sides", five, *strokes],
+        ["query", "--sides", five, *strokes, "--json"],
+        ["query", "--sides", five, *strokes, "--tolerance", "3"],
+        ["query", "--sides", six.replace("100", "60"), *fan_strokes],
+        ["query", "--sides", six.replace("100", "60"), *loops],
+        ["query", "--sides", "60,60,60,60", *strokes, "--strict", "--tolerance", "0"],
+        ["query", "--sides", "3,5,4,6", "--flow", "0:1-2:1", "--tolerance", "2000", *every],
+        ["query", "--sides", six, *every, "--json"],
+        ["query", "--sides", six, *every],
+        ["query", "--sides", six, "--folded", "--limit", "1000000", "--json"],
+        ["query", "--sides", eight, "--limit", "300", "--image", image],
+        ["query", "--sides", eight, "--limit", "300", "--image", sheet],
+        ["query", "--sides", six, "--limit", "300", "--image", image, "--json"],
+        ["query", "--sides", six, "--limit", "300", "--obj", str(folder / "objs")],
+        ["query", "--sides", eight, *every, "--order", "quality"],
+        ["query", "--sides", "332,332,332,332,332,332", *every, "--order", "small"],
+        ["query", "--sides", "2000", "--closed", *every],
+        ["query", "--sides", "60", "--closed", *loops, *every],
+        ["query", "--sides", "500,500,500,500", *every, "--json"],
+        ["query", "--sides", "1,1,1,1997", *every],
+        ["query", "--sides", ",".join(["15"] * 60), *every],
+        ["query", "--sides", ",".join(["20"] * 60), "--corners", reflex, *every],
+        ["query", "--sides", "101,7,101,7,101,7,101,7", "--max-irregular", "2", "--has-loop"],
+        ["query", "--sides", eight, "--max-boundary-irregular", "500", *every],
+        ["query", "--sides", five, "--solver", "cp-sat", *every],
+        ["query", "--sides", five, *strokes[:6], "--solver", "cp-sat"],
+        ["query", "--batch", str(boundaries), "--limit", "1000"],
+        ["query", "--batch", str(boundaries), "--limit", "300", "--image", image],
+        ["fill", circle, "--rank", "100000", "--flat", "-o", str(folder / "fill.obj")],
+        ["fill", circle, "--order", "quality", "-o", str(folder / "fill.obj")],
+        ["show", "--sides", eight, "--rank", "2000", "--flat", "-o", image],
+        ["show", "--sides", eight, "-o", image],
+        ["gallery", "--sides", six, "--flat", "--limit", "6000000", "-o", image],
+        ["gallery", "--sides", eight, "--limit", "6000", "-o", sheet],
+        ["gallery", "--class", "6", "--limit", "100000", "-o", image],
+        ["list", "--class", "6", "--limit", "10000000", "--json"],
+        ["export", str(folder / "six.jsonl"), "--class", "6"],
+        ["holes", mesh, "--limit", "1000", "-o", str(folder / "filled.obj")],
+        ["holes", several, "--all", "-o", str(folder / "closed.obj")],
+        ["holes", "--batch", str(holes_lines), "--limit", "100"],
+    ]
+
+
+def _write_circle(path: Path, sides: int, length: int) -> str:
+    """Write a boundary on a circle for ``fill``."""
+    angle = np.linspace(0.0, 2.0 * math.pi, sides * length + 1)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0.1 * np.sin(3 * angle)])
+    ring[-1] = ring[0]
+    parts = [ring[k * length : (k + 1) * length + 1].tolist() for k in range(sides)]
+    path.write_text(json.dumps({"sides": parts, "vertices": True}))
+    return str(path)
+
+
+def _write_open_grid(path: Path, n: int) -> str:
+    """Write a mesh whose one border loop has 4 n edges: the outside of an n by n grid."""
+    return _write_grid(path, n, lambda _i, _j: True)
+
+
+def _write_holed_grid(path: Path) -> str:
+    """Write a grid with 36 square holes of 40 edges."""
+    return _write_grid(path, 120, lambda i, j: not (5 <= i % 20 < 15 and 5 <= j % 20 < 15))
+
+
+def _write_grid(path: Path, n: int, is_kept: Callable[[int, int], bool]) -> str:
+    lines = [
+        f"v {i} {j} {math.sin(i / 9) + math.cos(j / 7)}" for i in range(n + 1) for j in range(n + 1)
+    ]
+    for i in range(n):
+        for j in range(n):
+            if is_kept(i, j):
+                a = i * (n + 1) + j + 1
+                lines.append(f"f {a} {a + n + 1} {a + n + 2} {a + 1}")
+    path.write_text("\n".join((*lines, "")))
+    return str(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a command ended. after: seconds of the processor after the moment; wall: by the clock."""
+
+    code: int
+    after: float
+    wall: float
+    megabytes: float
+
+
+def read_processor(pid: int) -> float:
+    """Seconds of the processor that a process has used."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def run_command(command: list[str], seconds: float, loading: float, *, by_key: bool) -> Ended:
+    """Run a command until its limit, or SIGINT, ends it. loading: seconds of the processor that an
+    easy command needs."""
+    words = [sys.executable, "-m", "patterndb", *command]
+    words += [] if by_key else ["--time-limit", str(seconds)]
+    began = time.monotonic()
+    process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    used = moment = 0.0
+    due = False
+    while True:
+        pid, status, usage = os.wait4(process.pid, os.WNOHANG)
+        now = time.monotonic()
+        if pid:
+            break
+        if not due:
+            used, moment = read_processor(process.pid), now
+            due = used >= loading + INTO_WORK if by_key else now - began >= seconds
+            if due and by_key:
+                process.send_signal(signal.SIGINT)
+        if now - began > HOPELESS + seconds and now - moment > HOPELESS:
+            process.kill()
+        time.sleep(0.005)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    total = usage.ru_utime + usage.ru_stime
+    after = total - (used if by_key else max(used, loading))
+    return Ended(
+        process.returncode,
+        max(after, 0.0) if due else 0.0,
+        now - moment if due else 0.0,
+        usage.ru_maxrss / 1024.0,
+    )
+
+
+def _run_easy(command: list[str]) -> float:
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([sys.executable, "-m", "patterndb", *command], check=True, capture_output=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def run_commands(seconds: float, late: float, only: list[int] | None) -> int:
+    """Run the commands, and print the table."""
+    # A shell that runs this in the background has SIGINT ignored, and children inherit that.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    worst = 0.0
+    with tempfile.TemporaryDirectory() as folder:
+        commands = list_commands(Path(folder))
+        loading = _run_easy(["query", "--sides", "1,1,1,1", "--limit", "1"])
+        print(f"an easy command: {loading:.2f} s of the processor\n")
+        print("| | command | limit: code, s of processor after, s | SIGINT: the same | MB |")
+        print("|--:|---|---|---|--:|")
+        for number, command in enumerate(commands):
+            if only and number not in only:
+                continue
+            ended = [
+                run_command(command, seconds, loading, by_key=by_key) for by_key in (False, True)
+            ]
+            worst = max(worst, *(one.after for one in ended))
+            cells = " | ".join(f"{one.code}, {one.after:.2f}, {one.wall:.2f}" for one in ended)
+            megabytes = max(one.megabytes for one in ended)
+            words = " ".join(command).replace(folder, "")
+            shown = words if len(words) <= 80 else words[:79] + "…"
+            print(f"| {number} | {shown} | {cells} | {megabytes:.0f} |", flush=True)
+    print(f"\nworst: {worst:.2f} s of the processor after the moment")
+    return int(worst > late)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--seconds", type=float, default=2.0, help="when it shall end")
+    parser.add_argument("--seconds", type=float, default=2.0, help="when it should end")
     parser.add_argument("--late", type=float, default=0.25, help="seconds after that are too many")
     parser.add_argument("--way", choices=WAYS, action="append", help="all if not given")
     parser.add_argument("--only", type=int, action="append", help="numbers of questions")
+    parser.add_argument("--commands", action="store_true", help="run whole commands instead")
     given = parser.parse_args()
+    if given.commands:
+        return run_commands(given.seconds, given.late, given.only)
     ways = given.way or list(WAYS)
     print(f"| | question | {' | '.join(f'{w}: fills, s after, of processor' for w in ways)} |")
     print(f"|--:|---|{'---|' * len(ways)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Sequence, Sized
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,7 +93,8 @@ def save_gallery(
     1..MOST_PER_PAGE, OSError as writing does, and TimeLimitError where the thread's deadline
     (:mod:`patterndb.system.deadline`) passes before all is drawn; what was drawn is written then.
     """
-    sheet = GallerySheet(path, title=title, per_page=per_page, tinted=tinted)
+    n_cards = len(cards) if isinstance(cards, Sized) else None
+    sheet = GallerySheet(path, title=title, per_page=per_page, tinted=tinted, n_cards=n_cards)
     late: TimeLimitError | None = None
     for card in cards:
         try:
@@ -110,6 +111,7 @@ def save_gallery(
 class GallerySheet:
     """A contact sheet that grows card by card; see :func:`save_gallery`.
 
+    n_cards: how many cards there will be, where that is known: pages are counted then.
     written: how many cards are on the pages written so far. paths: of these pages.
     """
 
@@ -120,6 +122,7 @@ class GallerySheet:
         title: str = "",
         per_page: int = PER_PAGE,
         tinted: bool = True,
+        n_cards: int | None = None,
     ) -> None:
         self.written = 0
         self.paths: list[Path] = []
@@ -128,6 +131,7 @@ class GallerySheet:
         if not 1 <= per_page <= MOST_PER_PAGE:
             raise ValueError(f"a page holds 1 to {MOST_PER_PAGE} items, not {per_page}")
         self._title, self._per_page, self._tinted = title, per_page, tinted
+        self._of = "" if n_cards is None else f" of {math.ceil(n_cards / per_page)}"
         self._drawn: list[DrawnCard] = []
 
     def add(self, card: Card) -> None:
@@ -160,7 +164,7 @@ class GallerySheet:
         if not alone:
             number = len(self.paths) + 1
             name = self._path.with_name(f"{self._path.stem}-{number}{self._path.suffix}")
-            counter = f"page {number}"
+            counter = f"page {number}{self._of}"
         # The last page keeps the others' cells: a reader compares across pages.
         grid = Grid.of(len(cards) if alone else self._per_page)
         grid = Grid(grid.columns, math.ceil(len(cards) / grid.columns), grid.cell)

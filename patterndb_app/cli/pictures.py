@@ -234,7 +234,9 @@ def gallery(
         if len(shown) < len(rows):
             title = f"the first {len(shown):,} of {title}"
         cards = (Card.of_pattern(chosen.pattern(row), k) for k, row in enumerate(shown, 1))
-        of_patterns = GallerySheet(output, title=title, per_page=per_page, tinted=not plain)
+        of_patterns = GallerySheet(
+            output, title=title, per_page=per_page, tinted=not plain, n_cards=len(shown)
+        )
         try:
             for card in cards:
                 of_patterns.add(card)

@@ -12,9 +12,18 @@ import weakref
 import pytest
 
 import patterndb
+from patterndb.errors import TimeLimitError
 from patterndb.store import Database
 from patterndb.system.compiling import read_work_clock
-from patterndb.system.deadline import Alarm, end_by, get_deadline, is_late
+from patterndb.system.deadline import (
+    Alarm,
+    end_by,
+    extend_deadline,
+    get_deadline,
+    is_late,
+    limit_time,
+    run_until_late,
+)
 from query import Fills, fills
 
 #: Seconds that a test waits for what should come at once.
@@ -84,3 +93,19 @@ def test_the_earlier_of_two_deadlines_holds() -> None:
         assert is_late()
     assert get_deadline() == math.inf
     assert not is_late()
+
+
+def test_a_task_is_left_when_time_is_up() -> None:
+    never = threading.Event()
+    with limit_time(0.05), pytest.raises(TimeLimitError, match="before it was drawn"):
+        run_until_late(never.wait, "it was drawn")
+    never.set()
+    with limit_time(3600):
+        moment = get_deadline()
+        assert run_until_late(get_deadline, "it was asked") == moment
+        with extend_deadline(5):
+            assert get_deadline() == moment + 5
+    with limit_time(None):
+        assert get_deadline() == math.inf
+    with pytest.raises(ZeroDivisionError):
+        run_until_late(lambda: 1 // 0, "it was divided")

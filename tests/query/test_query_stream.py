@@ -20,6 +20,7 @@ import query
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.core.quadmesh import QuadMesh
+from patterndb.system.deadline import limit_time
 from query import Boundary, Fill, Stroke
 from query.errors import InvalidQueryError
 from query.listing.lane import list_loop_widths
@@ -437,3 +438,58 @@ def test_different_patterns_of_families_without_end_come_at_once() -> None:
     assert found.cut_short
     assert all(0 <= count <= 3 for count in found.count_variants(folded, most=3))
     assert max(found.count_variants(folded, most=3)) == 3
+
+
+def test_what_follows_a_list_that_its_limit_ended_is_no_proof() -> None:
+    strokes = [Stroke((0, i % 5), (3, 3 * i % 5)) for i in range(20)]
+    found = query.fills(Source(), (5,) * 6, strokes=strokes, time_limit=1e-9, max_irregular=0)
+    assert list(found) == []
+    assert (found.stopped, found.complete, found.truncated) == ("time limit", False, True)
+    assert "there may be one" in str(found.reason)
+    assert found.feasible_patterns is None
+
+
+def test_of_strokes_that_time_did_not_suffice_for_nothing_is_said() -> None:
+    strokes = [Stroke((0, 1), (2, 1)), Stroke((0, 0), (0, 1)), Stroke((1, 0), (1, 2))]
+    found = query.fills(Source(), (3, 3, 3, 3), strokes=strokes, tolerance=0)
+    assert list(found) == [] and found.complete
+    found.cancel()
+    found.stopped = None
+    reason = str(found.reason)
+    assert "time was up before it was known which of them go together" in reason
+    assert "nor on any one" not in reason
+
+
+def test_variants_that_time_did_not_suffice_to_count_are_unknown() -> None:
+    found = query.fills(Source(), (5, 4, 6, 3, 4), per_pattern=1, limit=3)
+    listed = list(found)
+    counts = found.count_variants(listed, most=1000)
+    assert None not in counts
+    found.cancel()
+    assert found.count_variants(listed, most=1000) == [None] * len(listed)
+
+
+def test_the_deadline_of_the_thread_ends_a_list() -> None:
+    with limit_time(1e-9):
+        found = query.fills(Source(), (5, 4, 6, 3, 4), limit=None)
+        list(found)
+    assert (found.stopped, found.complete) == ("time limit", False)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"tolerance": 2001},
+        {"limit": 2**31},
+        {"pool": 10**26},
+        {"max_boundary_irregular": 10**26},
+        {"max_irregular": 2**63},
+        {"max_quads": 2**31},
+        {"min_frequency": 10**26},
+        {"valence": (3, 2**63)},
+        {"corners": (3, 10**26)},
+    ],
+)
+def test_large_numbers_are_refused(options: dict[str, int]) -> None:
+    with pytest.raises(InvalidQueryError, match=next(iter(options))):
+        query.fills(Source(), (3, 5, 4, 6), **options)  # pyright: ignore

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import random
 import sqlite3
 from collections import Counter
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from learnt import MESHES, OPTIONS, OTHER, change, learned, write_meshes
 from ingest import ingest
 from patterndb.errors import DatabaseError
 from patterndb.store import Database, tallies
+from patterndb.store.columns import read_in_parts
 from patterndb.store.connection import atomic
 from patterndb.store.records import Statistics
 from patterndb.store.tallies import _take_out, tally_anew
@@ -233,3 +236,39 @@ def test_numbers_that_are_not_there_cannot_be_taken_out(held: np.ndarray, gone: 
     else:
         with pytest.raises(DatabaseError, match="counts"):
             _take_out(np.sort(held), np.sort(gone))
+
+
+class DisorderedRows:
+    """A connection to a table in which a search for later ids finds the same rows again."""
+
+    def execute(self, *_: object) -> DisorderedRows:
+        return self
+
+    def fetchall(self) -> list[tuple[int, str]]:
+        return [(5, "a"), (9, "b")]
+
+
+def test_reading_in_parts_ends_at_ids_that_do_not_ascend() -> None:
+    parts = read_in_parts(cast("sqlite3.Connection", DisorderedRows()), "SELECT id", 2)
+    assert next(parts) == [(5, "a"), (9, "b")]
+    with pytest.raises(DatabaseError, match=r"stands after 0*9"):
+        next(parts)
+
+
+PAGE = 4096
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_page_over_another_is_found(full: Path, seed: int) -> None:
+    sound = full.read_bytes()
+    other = full.with_name("other.db")
+    chance = random.Random(seed)
+    a, b = chance.sample(range(1, len(sound) // PAGE), 2)
+    spoilt = bytearray(sound)
+    spoilt[b * PAGE : (b + 1) * PAGE] = sound[a * PAGE : (a + 1) * PAGE]
+    other.write_bytes(spoilt)
+    try:
+        with Database(other) as db:
+            assert db.verify()
+    except DatabaseError:
+        pass
