@@ -188,11 +188,12 @@ def _make_schemas() -> dict[str, Any]:
             "corners": {"type": "array", "items": _STRING},
             "fills": {"type": "array", "items": {"$ref": REF.format(name="FillJson")}},
             "truncated": {"type": "boolean"},
+            "complete": {"type": "boolean"},
             "stopped": {"type": ["string", "null"]},
             "reason": {"type": ["string", "null"]},
             "seconds": {"type": "number"},
         },
-        "required": ["sides", "corners", "fills", "truncated", "stopped", "reason", "seconds"],
+        "required": ["sides", "corners", "fills", "truncated", "stopped", "complete", "reason", "seconds"],
     }
     return schemas
 

@@ -32,6 +32,8 @@ export interface FillLine {
 export interface StreamEnd {
   readonly done: true;
   readonly truncated: boolean;
+  /** False where the time limit ended the search: there may be more than was found. */
+  readonly complete?: boolean;
   readonly seconds: number;
   readonly reason?: string | null;
 }

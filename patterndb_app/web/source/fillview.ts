@@ -65,6 +65,7 @@ export class FillView {
   private wanted = 1;
   private limit = LISTED;
   private truncated = false;
+  private complete = true;
   private comparing = false;
   private strands = true;
   private tool: Tool = "corners";
@@ -441,6 +442,7 @@ export class FillView {
         if (next.done) {
           if (waiting) clearTimeout(waiting);
           this.truncated = next.value.truncated;
+          this.complete = next.value.complete ?? true;
           if (found.length) flush();
           else this.dropFills();
           this.tellEnd(next.value.seconds, next.value.reason ?? null);
@@ -502,11 +504,12 @@ export class FillView {
   private tellEnd(seconds: number, reason: string | null): void {
     const count = this.items.length;
     if (!count) {
-      this.tell(reason ?? "There is no such fill; loosen a filter or take a strand away.", true);
+      this.tell(reason ?? "No fill was found; loosen a filter or take a strand away.", true);
       return;
     }
     const what = this.options.variants ? formatPlural(count, "fill") : formatPlural(count, "pattern");
-    const text = `${what}${this.truncated ? ", and there are more" : ""} · ${Math.max(1, Math.round(seconds * 1000))} ms`;
+    const cut = this.complete ? ", and there are more" : "; time was up, so that there may be more";
+    const text = `${what}${this.truncated ? cut : ""} · ${Math.max(1, Math.round(seconds * 1000))} ms`;
     const more = this.truncated && makeButton(null, "More", () => this.askMore(), { className: "button ghost inline" });
     this.status.replaceChildren(text, ...(more ? [more] : []));
     this.status.classList.remove("error");
