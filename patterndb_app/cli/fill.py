@@ -73,7 +73,7 @@ MOST_OF_SURFACE = 0.5
     default=1,
     show_default=True,
     metavar="K",
-    help="Place the K-th fill: of different patterns, or with --flat or --json of all.",
+    help="Place the K-th fill: of different patterns, or with --flat of all.",
 )
 @dbs_to_read
 @server_to_ask
@@ -140,7 +140,7 @@ def fill(
     options: dict[str, Any] = {
         "limit": rank,
         "strokes": drawn,
-        **search_arguments(search, program=as_json),
+        **search_arguments(search),
     }
     tolerance = options["tolerance"]
     with open_source(db, server) as source:

@@ -134,9 +134,8 @@ def query(
     """Find the fills of a boundary, best first.
 
     The first is the most regular; after it come those that artists have made most. Every fill
-    has another pattern: the other fills of it are counted, and listed with --pattern. Programs
-    get the flat list of all fills. Exit code 1 where there is no fill, as strokes and filters
-    may have it.
+    has another pattern: the other fills of it are counted, and listed with --pattern; --flat lists
+    all fills. Exit code 1 where there is no fill, as strokes and filters may have it.
 
     \b
     patterndb query --sides 3,5,4,6
@@ -154,8 +153,7 @@ def query(
         raise click.UsageError("with --batch every line has its own corners, strokes and loops")
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
-    program = as_json or batch is not None
-    arguments = {"limit": limit, **search_arguments(search, program=program)}
+    arguments = {"limit": limit, **search_arguments(search)}
     if batch is not None:
         with open_source(db, server) as database:
             return run_batch(batch, database, arguments, obj, image)

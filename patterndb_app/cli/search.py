@@ -100,7 +100,7 @@ folded_option = click.option(
     "--folded/--flat",
     default=None,
     help="One fill of each pattern, its variants counted, or every fill in its place.  [default: "
-    "folded; flat with --json, --batch, --pattern and --per-pattern]",
+    "folded; flat with --pattern and --per-pattern]",
 )
 
 _OPTIONS = (
@@ -210,11 +210,8 @@ def search_options(verb: F) -> F:
     return verb
 
 
-def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
-    """The keywords of :func:`find_fills` that the options of :func:`search_options` mean.
-
-    program: is the list for a program, which wants it flat?
-    """
+def search_arguments(given: dict[str, Any]) -> dict[str, Any]:
+    """The keywords of :func:`find_fills` that the options of :func:`search_options` mean."""
     arguments = {
         name: given[name]
         for name in (
@@ -241,7 +238,7 @@ def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
         raise click.UsageError(
             "--folded lists one fill of each pattern; leave --pattern and --per-pattern out"
         )
-    arguments["folded"] = not (program or some) if given["folded"] is None else given["folded"]
+    arguments["folded"] = not some if given["folded"] is None else given["folded"]
     arguments["per_pattern"] = given["per_pattern"] or None
     arguments["threads"] = given["jobs"]
     if given["valence"] is not None:
