@@ -18,6 +18,7 @@ from patterndb_app.cli.options import (
     Direction,
     FileName,
     FileToWrite,
+    MeshName,
     as_json,
     picture_path,
     read_model,
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
         "Output": ("-o", "--picture", "--view", "--json"),
     },
 )
-@click.argument("model", type=FileName())
+@click.argument("model", type=MeshName())
 @click.option("--strokes", type=FileName(), metavar="FILE", help="The strokes, JSON.")
 @click.option("-o", "--output", type=FileToWrite(".json"), metavar="FILE", help="The curves, JSON.")
 @click.option(

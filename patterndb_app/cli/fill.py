@@ -14,6 +14,7 @@ from patterndb_app.cli.options import (
     OBJ,
     DatabaseChoice,
     FileName,
+    MeshName,
     as_json,
     dbs_to_read,
     open_database,
@@ -57,7 +58,7 @@ MOST_OF_SURFACE = 0.5
 @click.argument("boundary", type=FileName())
 @click.option(
     "--surface",
-    type=FileName(),
+    type=MeshName(),
     metavar="FILE",
     help="The mesh that the fill shall lie on, as the boundary does.",
 )
@@ -124,6 +125,7 @@ def fill(
     """
     if record and db is None:
         raise click.UsageError("--record needs --db: the starter database cannot be changed")
+    chosen_fills = search_arguments(search, server)
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from query.boundaryfile import read_boundary, read_strokes
     from query.placing import Surface, place
@@ -137,11 +139,7 @@ def fill(
         from ingest.formats import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
-    options: dict[str, Any] = {
-        "limit": rank,
-        "strokes": drawn,
-        **search_arguments(search),
-    }
+    options: dict[str, Any] = {"limit": rank, "strokes": drawn, **chosen_fills}
     tolerance = options["tolerance"]
     with open_source(db, server) as source:
         started = read_work_clock()

@@ -17,6 +17,7 @@ from patterndb_app.cli.options import (
     DatabaseChoice,
     FileName,
     FileToWrite,
+    MeshName,
     ParamType,
     as_json,
     dbs_to_read,
@@ -49,6 +50,7 @@ class IndexRanges(ParamType):
     """Whole numbers and ranges of them with commas between: 3,17,20-25."""
 
     name = "n,n-n,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -73,6 +75,7 @@ class VertexCorners(ParamType):
     """Quads at vertices, 17:1,23:3."""
 
     name = "v:k,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -177,7 +180,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 @click.option(
     "--no-twin", is_flag=True, help="Do not copy the other side of a mesh that is symmetric."
 )
-@click.option("--surface", type=FileName(), metavar="FILE", help="Lay new vertices on this mesh.")
+@click.option("--surface", type=MeshName(), metavar="FILE", help="Lay new vertices on this mesh.")
 @click.option(
     "--picture",
     type=picture_path(".png"),

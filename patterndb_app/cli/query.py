@@ -22,7 +22,7 @@ from patterndb_app.cli.options import (
     picture_path,
     server_to_ask,
 )
-from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.program import SectionedCommand, name_options
 from patterndb_app.cli.search import (
     FILTER_OPTIONS,
     ORDER_OPTIONS,
@@ -153,7 +153,7 @@ def query(
         raise click.UsageError("with --batch every line has its own corners, strokes and loops")
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
-    arguments = {"limit": limit, **search_arguments(search)}
+    arguments = {"limit": limit, **search_arguments(search, server)}
     if batch is not None:
         with open_source(db, server) as database:
             return run_batch(batch, database, arguments, obj, image)
@@ -195,7 +195,7 @@ def _one(
             # Two more searches, which a service is not asked for.
             variants = found.count_variants(listed) if folded and found.stopped is None else None
             feasible = found.feasible_patterns
-        reason = found.reason
+        reason = found.reason and name_options(found.reason)
         holders = find_holders(source, listed)
     seconds = read_work_clock() - started
     if as_json:
@@ -341,7 +341,7 @@ def run_batch(
             "corners": list(boundary.corners),
             "truncated": found.truncated,
             "stopped": found.stopped,
-            "reason": found.reason,
+            "reason": found.reason and name_options(found.reason),
             "seconds": round(found.seconds, 4),
         }
         described = describe_fills(listed, find_holders(database, listed))

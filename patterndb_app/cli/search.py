@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import click
 
+from patterndb.system.extras import require_extra
 from patterndb_app.cli.options import (
     ParamType,
     Range,
@@ -32,6 +33,7 @@ class Corners(ParamType):
     """Kinds of corners with commas between: c,c,r,c."""
 
     name = "c,c,r,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -210,8 +212,14 @@ def search_options(verb: F) -> F:
     return verb
 
 
-def search_arguments(given: dict[str, Any]) -> dict[str, Any]:
-    """The keywords of :func:`find_fills` that the options of :func:`search_options` mean."""
+def search_arguments(given: dict[str, Any], server: str | None) -> dict[str, Any]:
+    """The keywords of :func:`find_fills` that the options of :func:`search_options` mean.
+
+    server: the service that is asked; None where the search is made here. Raises
+    MissingExtraError where what searches is not installed.
+    """
+    if given["solver"] == "cp-sat" and server is None:
+        require_extra("sketch", "--solver cp-sat")
     arguments = {
         name: given[name]
         for name in (
