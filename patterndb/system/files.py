@@ -118,6 +118,14 @@ def write_beside(path: Path) -> Generator[Path]:
         with fresh.open("rb+") as file:
             os.fsync(file.fileno())
         fresh.replace(path)
+    except OSError as error:
+        # A disk that is full, say: nobody knows the file by its name in that folder.
+        if error.filename is not None and Path(error.filename) != fresh:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    except PatternDBError as error:
+        error.args = (str(error).replace(str(fresh), str(path)), *error.args[1:])
+        raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         if lock is not None:

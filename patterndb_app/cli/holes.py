@@ -411,6 +411,7 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
     """Answer questions, a line each. Returns the exit code: that of bad input if a line could not
     be read, that of nothing found if a hole could not be filled."""
     from ingest.formats import read_mesh
+    from query.batchline import read_id
     from query.holes import MeshTopology, fill_holes
 
     asked = unreadable = unanswered = 0
@@ -433,11 +434,11 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
             fills = list(found)
         except (PatternDBError, OSError) as error:
             unreadable += 1
-            write_json({"line": number, "error": str(error)})
+            write_json({"line": number, **read_id(line), "error": str(error)})
             continue
         unanswered += not fills
-        document = {"line": number, "mesh": question.mesh, "holes": [found.to_json(fills)]}
-        write_json(document)
+        named = {"line": number, **read_id(line), "mesh": question.mesh}
+        write_json({**named, "holes": [found.to_json(fills)]})
     say(
         f"{plural(asked, 'question')}, {unanswered} without a fill, "
         f"{unreadable} that could not be answered"

@@ -44,6 +44,12 @@ class FileName(ParamType):
         if str(value) == "-":
             # Elsewhere it stands for stdin or stdout; here it would be a file of that name.
             self.fail("- is not a file: name one (./- if it is called so)", param, ctx)
+        if re.match(r"[A-Za-z][\w+.-]+://", str(value)):
+            options = set[str]() if ctx is None else {o for p in ctx.command.params for o in p.opts}
+            named = set[str]() if param is None else set(param.opts)
+            by = "--server" if "--db" in named and "--server" in options else None
+            how = f"give it as {by} to ask a service" if by else "download it, and name the file"
+            self.fail(f"{value} is an address, not a file: {how}", param, ctx)
         if not is_text(str(value)):
             self.fail(f"{str(value)!r} is not UTF-8; rename the file", param, ctx)
         return Path(value)
@@ -129,6 +135,8 @@ class DatabaseParam(ParamType):
             return value
         # A file whose name has a = is that file.
         text, equals, number = (str(value), "", "")
+        if "://" in text:
+            FileName().convert(text, param, ctx)
         if not Path(text).exists():
             file, equals, number = text.rpartition("=")
             text = file if equals else text

@@ -12,6 +12,7 @@ from typing import Any
 import click
 
 from patterndb.errors import PatternDBError
+from patterndb.system.memory import refuse_small_address_space
 from patterndb_app.cli.compiletalk import told_compiling
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, explain
 from patterndb_app.cli.progressline import told_waiting
@@ -206,7 +207,10 @@ class Program(VerbGroup):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """As :class:`VerbGroup` does; notes what the verb does."""
+        """As :class:`VerbGroup` does; notes what the verb does. A process with too little memory
+        gets no further than its help."""
+        if not {"-h", "--help"}.intersection(args):
+            refuse_small_address_space()
         found = super().resolve_command(ctx, args)
         params = [] if found[1] is None else found[1].params
         self._changes_database = any("--db" in one.opts and one.required for one in params)

@@ -315,12 +315,13 @@ def run_batch(
 ) -> int:
     """Answer every line that is not empty with one line of JSON, in order.
 
-    A line that cannot be read gets a document with "error" instead of "fills". obj: the folder
+    A line that cannot be read gets a document with "error" instead of "fills"; an entry "id" of a
+    line is in its document, too. obj: the folder
     for a folder of OBJ files for each line. image: the name of a sheet, to which each line adds
     its number. Returns the exit code: that of bad input if there was such a line, that of nothing
     found if a boundary has no fill.
     """
-    from query.batchline import parse_line
+    from query.batchline import parse_line, read_id
     from query.errors import InvalidQueryError
 
     asked = unreadable = unanswered = 0
@@ -332,11 +333,13 @@ def run_batch(
             listed = list(found)
         except (InvalidBoundaryError, InvalidQueryError) as error:
             unreadable += 1
-            write_json({"line": number, "error": str(error)})
+            told = name_options(str(error))
+            write_json({"line": number, **read_id(line), "error": told})
             continue
         unanswered += not listed
         document = {
             "line": number,
+            **read_id(line),
             "sides": list(boundary.lengths),
             "corners": list(boundary.corners),
             "truncated": found.truncated,

@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
-from query.listing.filters import Filters, explain_empty
+from query.listing.filters import NO_DOUBLETS, Filters, explain_empty
 from query.listing.lane import (
     FIRST_KEPT,
     Candidate,
@@ -222,6 +223,7 @@ class Fills(Iterator[Fill]):
             strict=q.filters.max_boundary_irregular == 0,
             strokes=len(q.strokes),
             together=self._find_compatible_strokes() if len(q.strokes) > 1 else [],
+            relaxed=[] if q.strokes else self._list_relaxed(),
         )
 
     def _find_compatible_strokes(self) -> list[tuple[int, ...]]:
@@ -234,19 +236,60 @@ class Fills(Iterator[Fill]):
                 return found
         return []
 
+    def _list_relaxed(self) -> list[str]:
+        """List what there is without one of the filters, for each that alone leaves it out."""
+        q = self._query
+        filters, told = q.filters, list[str]()
+        if filters.max_irregular is not None:
+            # This order begins with the fill that has the fewest.
+            first = self._find_without(filters=replace(filters, max_irregular=None))
+            if first is not None:
+                told.append(
+                    f"the fewest irregular vertices that any fill has are {first.n_irregular}, but "
+                    f"max_irregular is {filters.max_irregular}"
+                )
+        if filters.max_quads is not None:
+            first = self._find_without(filters=replace(filters, max_quads=None))
+            if first is not None:
+                told.append(
+                    f"there is one of {len(first.quads)} quads, but max_quads is "
+                    f"{filters.max_quads}"
+                )
+        others = {
+            "the range of valences": {"valence": NO_DOUBLETS},
+            "the range of corners": {"corners": None},
+            "what was asked about loops": {"has_loop": None},
+            "the fewest patches": {"min_frequency": None},
+            "the choice of meshes and licences": {"ids": None},
+        }
+        for words, change in others.items():
+            ((name, free),) = change.items()
+            if getattr(filters, name) not in (None, free) and self._find_without(
+                filters=replace(filters, **change)
+            ):
+                told.append(f"there are fills without {words}")
+        if q.origins is not None and self._find_without(origins=None):
+            told.append("there are fills of patterns that the database does not hold")
+        return told
+
+    def _find_without(self, **changes: Any) -> Fill | None:
+        """Find the most regular fill of the query with changes, in what is left of its time."""
+        left = self._count_seconds_left()
+        if left is not None and left <= 0:
+            return None
+        some = Fills(
+            replace(self._query, order=ORDERS["regular"], limit=1, time_limit=left, **changes)
+        )
+        some._cancelled = self._cancelled
+        return next(some, None)
+
     def _has_fill_with(self, group: tuple[int, ...]) -> bool:
         """Is a fill found that has these of the strokes, in what is left of the time limit?
 
         Whoever ends this list ends that, too.
         """
-        q = self._query
-        left = self._count_seconds_left()
-        if left is not None and left <= 0:
-            return False
-        strokes = tuple(q.strokes[i] for i in group)
-        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1, time_limit=left))
-        some._cancelled = self._cancelled
-        return next(some, None) is not None
+        strokes = tuple(self._query.strokes[i] for i in group)
+        return self._find_without(strokes=strokes) is not None
 
     def _count_seconds_left(self) -> float | None:
         """What is left of the time limit; None where there is none."""

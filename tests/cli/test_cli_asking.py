@@ -178,7 +178,7 @@ class TestQuery:
             if len(everything) < 2000:
                 assert more == min(counts[fill["pattern"]] - 1, 25)
             assert (f" +{more}" in line) == (more > 0)
-            opened = query(learned, *asked, "--json", "--flat", "--pattern", fill["pattern"]).document()
+            opened = query(learned, *asked, "--json", "--pattern", fill["pattern"]).document()
             assert min(len(opened["fills"]), 20) == min(more + 1, 20)
             assert set(_names(opened["fills"])) == {fill["pattern"]}
         assert ("more patterns" in result.err) == (len(counts) > 8)
