@@ -111,8 +111,8 @@ def write_beside(path: Path) -> Generator[Path]:
     except OSError as error:
         # The name that its folder would have had says nothing to whoever named the file.
         raise OSError(error.errno, error.strerror, str(path)) from error
+    fresh = folder / path.name
     try:
-        fresh = folder / path.name
         yield fresh
         # Else a crash of the machine could leave the new name with nothing in it.
         with fresh.open("rb+") as file:

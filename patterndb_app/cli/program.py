@@ -109,13 +109,22 @@ def suggest_list(ctx: click.Context, given: Sequence[str]) -> str | None:
                 if joined is not None:
                     return f"{name} {joined}"
     verb = ctx.info_name or ""
-    alone = given[given.index(verb) + 1 :] if verb in given else []
+    alone = list(given[given.index(verb) + 1 :]) if verb in given else list[str]()
     for param, name in lists:
         if name == "--sides" and name not in given and alone:
             joined = _join_values(param, ctx, [*alone[0].split(","), *alone[1:]])
             if joined is not None:
                 return f"{name} {joined}"
     return None
+
+
+def _offer_list(error: click.UsageError, given: Sequence[str]) -> click.UsageError:
+    """The error, with the list as it should be written where one was not."""
+    better = None if error.ctx is None else suggest_list(error.ctx, given)
+    if better is None:
+        return error
+    text = f"{error.format_message()}; lists have commas and no blanks: {better}"
+    return click.UsageError(text, error.ctx)
 
 
 #: Values of a list that are looked at.
@@ -154,7 +163,7 @@ def name_options(text: str, command: click.Command | None = None) -> str:
 
 def _list_options(command: click.Command) -> Iterator[tuple[str, str]]:
     for param in command.params:
-        if isinstance(param, click.Option) and param.name is not None:
+        if isinstance(param, click.Option) and param.name:
             yield param.name, max(param.opts, key=len)
 
 
@@ -172,12 +181,7 @@ class Program(VerbGroup):
             result = super().main(*args, standalone_mode=False, **extra)
         except click.UsageError as error:
             given = args[0] if args else extra.get("args")
-            better = None
-            if error.ctx is not None:
-                better = suggest_list(error.ctx, sys.argv[1:] if given is None else list(given))
-            if better is not None:
-                error.message += f"; lists have commas and no blanks: {better}"
-            code = explain(error)
+            code = explain(_offer_list(error, sys.argv[1:] if given is None else list(given)))
         except Exception as error:
             code = explain(error)
         except KeyboardInterrupt as error:
