@@ -100,7 +100,8 @@ class ClusterEngine:
             self._meet_workers()
         except BaseException as error:
             self._closing.close()
-            # What is no scheduler makes Dask raise anything: MemoryError for a length that is none.
+            # Another server makes Dask raise anything, such as MemoryError for what it takes for a
+            # length.
             if isinstance(error, Exception) and not isinstance(error, PatternDBError):
                 raise explain_unreachable(self._address, error) from error
             raise

@@ -40,7 +40,7 @@ def reach_scheduler(address: str) -> None:
     Dask itself tries for as long as it waits for an answer.
     """
     parts = urlsplit(address)
-    # What ucx is is known to Dask alone.
+    # Only Dask can connect by ucx.
     if parse_scheduler(address) is not None or parts.scheme == "ucx":
         return
     try:

@@ -50,9 +50,10 @@ def parse_line(line: str) -> tuple[Boundary, list[Stroke]]:
 
 
 def read_id(line: str | bytes) -> dict[str, object]:
-    """Read what a line of a batch file is called: its entry "id", whatever it is; {} without one.
+    """Read the entry "id" of a line of a batch file, of any kind; {} without one.
 
-    The answer repeats it. Nothing is raised for a line that is no JSON: who reads it does that.
+    The answer repeats it. Nothing is raised for a line that is not JSON: reading its question does
+    that.
     """
     try:
         document: object = json.loads(line)
@@ -78,7 +79,7 @@ def read_question(document: object) -> tuple[Boundary, list[Stroke]]:
     """
     if has_points(document):
         entries = cast("dict[str, Any]", document)
-        # What a line is called is no part of the boundary's file.
+        # The id of the line does not belong to the boundary.
         asked = {name: value for name, value in entries.items() if name != "id"}
         return read_document(JsonValue(asked, "", InvalidBoundaryError))
     if not isinstance(document, dict):

@@ -8,8 +8,8 @@ A fenced block of a page is a step if its language is followed by the word ``run
 
 and a block ``text output`` after it shows what it writes, a line ``…`` standing for lines
 left out. The steps of a page are done in order, in a folder that holds copies of examples/ and
-docs/meshes/ to begin with, as in a clone. A block followed by the word ``install`` says what the
-page needs from there on; walk_afresh.py does these, too, in an environment that has nothing else.
+docs/meshes/ to begin with, as in a clone. A block followed by the word ``install`` installs what
+the page needs from there on; walk_afresh.py does these, too, in an environment of its own.
 """
 
 from __future__ import annotations

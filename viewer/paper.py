@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb.system.files import replace_file
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import draw_disk
@@ -61,7 +62,7 @@ class Page(PaintTarget):
     def save(self, path: Path) -> None:
         """Write the page; the same page gives the same bytes."""
         vector = check_suffix(path) == ".svg"
-        path.write_bytes(self.format_svg().encode() if vector else self.encode_png())
+        replace_file(path, self.format_svg() if vector else self.encode_png())
 
     def encode_png(self) -> bytes:
         """Return the page as the bytes of a PNG file, DPI pixels to the inch."""

@@ -29,7 +29,7 @@ class Extra:
 
     @property
     def install(self) -> str:
-        """The command that installs it, by whatever installed this program.
+        """The command that installs it, by the tool that installed this program.
 
         It names the packages themselves, because no index has this one.
         """

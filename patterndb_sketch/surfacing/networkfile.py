@@ -79,7 +79,7 @@ def parse_drawing(data: bytes, tolerance: float | None = None) -> Drawing:
 def gives_cycles(path: Path | str) -> bool:
     """Does a file give the cycles of its network? If not, they must be found.
 
-    Raises InvalidNetworkError for a file that is no JSON where it should be; OSError as reading
+    Raises InvalidNetworkError for a file that should be JSON and is not; OSError as reading
     does.
     """
     data = _content(Path(path))

@@ -152,7 +152,7 @@ def explain_empty(
 ) -> str:
     """One sentence. n_candidates: patterns of the class that pass the filters. strokes: how many
     were asked for. together: those, by their numbers from 0, that some fill has together. relaxed:
-    what there is without one of the filters, a part of a sentence each."""
+    the fills that there are without one of the filters, a part of a sentence each."""
     impossible = explain_impossible(boundary, filters) if strict else None
     if impossible:
         return impossible

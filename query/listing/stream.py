@@ -237,7 +237,7 @@ class Fills(Iterator[Fill]):
         return []
 
     def _list_relaxed(self) -> list[str]:
-        """List what there is without one of the filters, for each that alone leaves it out."""
+        """List what can be had without one of the filters, for each that alone leaves it out."""
         q = self._query
         filters, told = q.filters, list[str]()
         if filters.max_irregular is not None:

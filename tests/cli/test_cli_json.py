@@ -153,7 +153,7 @@ def test_the_answer_is_the_same(
 
 
 def content(path: Path) -> object:
-    """What a file holds; of a database, whatever order it was written in."""
+    """What a file holds; of a database, independent of the order in which it was written."""
     if path.is_dir():
         return None
     if path.suffix == ".db" and path.name not in ("patches.db", "again.db"):

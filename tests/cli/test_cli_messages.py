@@ -145,8 +145,8 @@ def test_no_mesh_is_guessed_that_is_not_alike(learned: Path) -> None:
     asked = ("query", "--sides", "3,5,4,6", "--db", learned, "--from-mesh")
     assert "did you mean" not in run(*asked, "nosuch.obj").err
     for slip in ("haed.obj", "head.ply", "Head", "heads.obj"):
-        assert "did you mean 'head.obj'?" in run(*asked, slip).err
-    assert "did you mean 'dog.obj'?" in run("remove", "dgo.obj", "--db", learned).err
+        assert "did you mean 'head.obj'" in run(*asked, slip).err
+    assert "did you mean 'dog.obj'" in run("remove", "dgo.obj", "--db", learned).err
 
 
 def test_what_a_line_is_called_is_repeated(learned: Path, tmp_path: Path) -> None:
