@@ -369,7 +369,7 @@ def list_single_questions(bench: Bench) -> list[Case]:
         for (a, i), (b, j) in question.get("strokes", ()):
             arguments += ["--flow", f"{a}:{i}-{b}:{j}"]
         arguments += ["--loop"] * question.get("loops", 0)
-        ways = ("--obj", "{out}") if len(cases) % 2 else ("--json",)
+        ways = ("--obj", "{out}") if len(cases) % 2 else ("--json", "--flat")
         cases.append(Case(f"single {len(cases) + 1:03}", (*arguments, *ways)))
     return cases
 

@@ -36,7 +36,7 @@ from ingest.clustertasks import (
     merge_parts,
 )
 from ingest.engines import MeshRun, choose_shard
-from ingest.scheduler import parse_scheduler
+from ingest.scheduler import explain_unreachable, parse_scheduler, reach_scheduler
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import ClusterError, PatternDBError
 from patterndb.store.records import Learned, LearningOptions
@@ -47,7 +47,8 @@ from patterndb.system.extras import require_extra
 TOGETHER = 10
 #: Parts that are under way for every thread of the workers: one in work, one waiting.
 QUEUED = 2
-#: Seconds to wait for a scheduler to answer, and for its first worker.
+#: Seconds to wait for a scheduler that takes connections to answer, and for its first worker.
+ANSWER_SECONDS = 10.0
 PATIENCE = 20.0
 #: Seconds between two counts of workers.
 COUNT_SECONDS = 1.0
@@ -79,6 +80,7 @@ class ClusterEngine:
 
         Raises ClusterError where there is no scheduler, or no worker, or one differs.
         """
+        reach_scheduler(self._address)
         from distributed import Client
 
         # Dask tells of every lost connection; what matters is raised.
@@ -92,17 +94,16 @@ class ClusterEngine:
                 where = self._closing.enter_context(_start_processes(self._n_processes))
             # Its methods give coroutines or values, by how it was made: types cannot tell.
             self._client: Any = Client(
-                where, timeout=PATIENCE, set_as_default=False, name="patterndb"
+                where, timeout=ANSWER_SECONDS, set_as_default=False, name="patterndb"
             )
             self._closing.callback(self._close_client)
             self._meet_workers()
         except BaseException as error:
             self._closing.close()
-            if isinstance(error, OSError | TimeoutError) and not isinstance(error, PatternDBError):
-                raise ClusterError(
-                    f"no Dask scheduler answers at {self._address}; start one ('dask scheduler'), "
-                    f"or see to the network between ({error})"
-                ) from error
+            # Another server makes Dask raise anything, such as MemoryError for what it takes for a
+            # length.
+            if isinstance(error, Exception) and not isinstance(error, PatternDBError):
+                raise explain_unreachable(self._address, error) from error
             raise
         return self
 

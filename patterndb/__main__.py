@@ -1,5 +1,5 @@
 """``python -m patterndb``: the command line."""
 
-from patterndb_app.cli import main
+from patterndb_app.__main__ import main
 
 main()

@@ -82,6 +82,10 @@ class HiddenPackageError(PatternDBError, ImportError):
     """A module of the user's hides one of our packages."""
 
 
+class AddressSpaceError(PatternDBError, MemoryError):
+    """The process may not use the memory that compiled kernels need."""
+
+
 class MissingExtraError(PatternDBError, ImportError):
     """An optional dependency is needed and not installed."""
 

@@ -10,6 +10,7 @@ has points: it is what a boundary file holds (:mod:`query.boundaryfile`), on one
 
 from __future__ import annotations
 
+import json
 from typing import Any, cast
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
@@ -48,6 +49,22 @@ def parse_line(line: str) -> tuple[Boundary, list[Stroke]]:
     return read_question(document.value)
 
 
+def read_id(line: str | bytes) -> dict[str, object]:
+    """Read the entry "id" of a line of a batch file, of any kind; {} without one.
+
+    The answer repeats it. Nothing is raised for a line that is not JSON: reading its question does
+    that.
+    """
+    try:
+        document: object = json.loads(line)
+    except (ValueError, RecursionError):
+        return {}
+    if not isinstance(document, dict):
+        return {}
+    entries = cast("dict[str, object]", document)
+    return {"id": entries["id"]} if "id" in entries else {}
+
+
 def has_points(document: object) -> bool:
     """Is this the document of a boundary with points, rather than with counts of edges?"""
     sides = cast("dict[str, Any]", document).get("sides") if isinstance(document, dict) else None
@@ -61,7 +78,10 @@ def read_question(document: object) -> tuple[Boundary, list[Stroke]]:
     question, and is passed over. Raises as :func:`parse_line` does.
     """
     if has_points(document):
-        return read_document(JsonValue(document, "", InvalidBoundaryError))
+        entries = cast("dict[str, Any]", document)
+        # The id of the line does not belong to the boundary.
+        asked = {name: value for name, value in entries.items() if name != "id"}
+        return read_document(JsonValue(asked, "", InvalidBoundaryError))
     if not isinstance(document, dict):
         raise InvalidBoundaryError('a question is an object such as {"sides": [3, 5, 4, 6]}')
     entries = cast("dict[str, Any]", document)

@@ -145,7 +145,11 @@ def fills(
     drawn = points and any(s.points is not None for s in strokes)
     chosen = ORDERS[order or default_order(points=points, drawn=drawn)]
     if not chosen.is_usable(points=points, strokes=drawn):
-        raise InvalidQueryError(f'order="{chosen.name}" needs {chosen.needs}')
+        usable = [o.name for o in ORDERS.values() if o.is_usable(points=points, strokes=drawn)]
+        raise InvalidQueryError(
+            f'order="{chosen.name}" needs {chosen.needs}; without them there are '
+            + ", ".join(usable)
+        )
     begin = read_work_clock()
     ids = None
     # A database's statements end with the time limit as well; then it raises TimeLimitError.

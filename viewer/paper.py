@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
 from patterndb.system.deadline import run_until_late
+from patterndb.system.files import replace_file
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import draw_disk
@@ -61,7 +62,7 @@ class Page(PaintTarget):
 
     def save(self, path: Path) -> None:
         """Write the page; the same page gives the same bytes."""
-        path.write_bytes(self.encode(path))
+        replace_file(path, self.encode(path))
 
     def encode(self, path: Path) -> bytes:
         """Return the page as the bytes of a file of this name."""

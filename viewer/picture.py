@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from patterndb.system.files import replace_file
 from viewer import style
 from viewer.camera import Camera
 from viewer.paper import POINTS_PER_INCH, PictureFormatError, write_text
@@ -55,7 +56,7 @@ def save_sheet(
         for k, tile in enumerate(tiles):
             top, left = k // columns * tall, k % columns * wide
             whole.pixels[top : top + tall, left : left + wide] = tile.pixels
-    path.write_bytes(whole.encode_png(POINTS_PER_INCH * height / sheet[0].scene.height))
+    replace_file(path, whole.encode_png(POINTS_PER_INCH * height / sheet[0].scene.height))
     return path
 
 

@@ -64,7 +64,7 @@ def read_mesh(path: str | Path, *, limits: ReadLimits = DEFAULT_LIMITS) -> Polyg
 
     Example: ``quads, faces = read_mesh("penguin.obj").quads()``
     """
-    find_format(path)
+    find_format(path).require()
     return parse(load_file(path, limits), path, limits)
 
 

@@ -12,6 +12,10 @@ from patterndb.core.polygonmesh import PolygonMesh
 Parse = Callable[[bytes, str | Path, ReadLimits], PolygonMesh]
 
 
+def _need_nothing() -> None:
+    """Require nothing: the format is read by this package itself."""
+
+
 @dataclass(frozen=True, slots=True)
 class MeshFormat:
     """A format of mesh files.
@@ -21,6 +25,7 @@ class MeshFormat:
     help:     one line, for people, on what is read and written.
     parse:    the mesh in the bytes of a file, whose path is given for messages; where
               ``from_bytes`` is False, a library opens that path itself.
+    require:  raises MissingExtraError where what reads it is not installed.
     spell:    a mesh as the bytes of a file; None where the format is read only.
     """
 
@@ -30,3 +35,4 @@ class MeshFormat:
     parse: Parse
     spell: Callable[[PolygonMesh], bytes] | None = None
     from_bytes: bool = True
+    require: Callable[[], None] = _need_nothing

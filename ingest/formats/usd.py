@@ -17,6 +17,11 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.system.extras import require_extra
 
 
+def require_usd() -> None:
+    """Raise MissingExtraError where the library that reads USD files is not installed."""
+    require_extra("usd", "reading USD files")
+
+
 def read_usd(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     """All Mesh prims of a USD file as one mesh, in the order of the scene.
 
@@ -32,7 +37,7 @@ def read_usd(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
 
     Raises MissingExtraError without usd-core; MeshFileError on whatever the library reports.
     """
-    require_extra("usd", "reading USD files")
+    require_usd()
     check_file(path, limits)
     return read_isolated("usd", path, limits)
 
@@ -43,6 +48,7 @@ FORMAT = MeshFormat(
     "Pixar's scenes, all their meshes as one, read only; needs the extra usd",
     read_usd,
     from_bytes=False,
+    require=require_usd,
 )
 
 

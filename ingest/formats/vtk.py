@@ -41,6 +41,11 @@ _XML_COUNT = re.compile(rb"(?:NumberOf[A-Za-z]+)\s*=\s*[\"']\s*(-?[0-9]+)")
 _ZLIB_RATIO = 1032
 
 
+def require_vtk() -> None:
+    """Raise MissingExtraError where the library that reads VTK's files is not installed."""
+    require_extra("viewer", "reading VTK files", ("vtkmodules", "pyvista"))
+
+
 def read_vtk(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     """The polygons of a poly data or unstructured grid file.
 
@@ -52,7 +57,7 @@ def read_vtk(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     Raises MissingExtraError without VTK; MeshFileError, also for whatever VTK reports. Nothing is
     printed.
     """
-    require_extra("viewer", "reading VTK files", ("vtkmodules", "pyvista"))
+    require_vtk()
     _check_counts(data, path)
     return read_isolated("vtk", path, limits)
 
@@ -64,6 +69,7 @@ FORMATS = (
         "VTK's legacy files of poly data or unstructured grids, read only; needs the extra viewer",
         read_vtk,
         from_bytes=False,
+        require=require_vtk,
     ),
     MeshFormat(
         "VTP",
@@ -71,6 +77,7 @@ FORMATS = (
         "VTK's XML files of poly data, read only; needs the extra viewer",
         read_vtk,
         from_bytes=False,
+        require=require_vtk,
     ),
 )
 

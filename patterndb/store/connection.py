@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 import sqlite3
 import time
 from collections.abc import Generator
@@ -54,6 +55,11 @@ def connect(
     version, is damaged, or cannot be opened so.
     """
     path = Path(path)
+    if re.match(r"[A-Za-z][\w+.-]+:[/\\]", str(path)) and not path.exists():
+        raise DatabaseError(
+            f"{path} is an address, not a file; a service is asked by --server URL, or "
+            "patterndb.connect(URL)"
+        )
     if path.is_dir():
         raise DatabaseError(f"{path} is a directory; name a database file in it")
     if mode != "create" and not path.exists():
@@ -315,7 +321,7 @@ def explained(path: Path, doing: Doing = "reading") -> Generator[None]:
         elif "unable to open" in text:
             why = f"{path} cannot be opened; check that it may be read"
         elif "full" in text:
-            why = f"no space left to write {path}; what was committed before is kept"
+            why = f"no space left to write {path}; only what was there before is kept"
         elif "malformed" in text or "corrupt" in text:
             why = f"{path} is damaged ({text}); restore it from a copy, or ingest its meshes anew"
         else:

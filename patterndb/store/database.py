@@ -182,6 +182,16 @@ class Database:
         with self._lock:
             return contents.verify(self._connection)
 
+    def _refuse_unsound(self) -> None:
+        """Raise DatabaseError where anything is wrong that would go into another database."""
+        findings = self.verify()
+        if findings:
+            more = f", and {len(findings) - 1} more findings" if len(findings) > 1 else ""
+            raise DatabaseError(
+                f"{self.path} is damaged ({findings[0]}{more}); 'patterndb verify --db {self.path} "
+                "--repair NEW' saves what is sound in it"
+            )
+
     def export_ddq(
         self,
         path: Path | str,
@@ -320,13 +330,17 @@ class Database:
             return len(ids), writing.remove_meshes(connection, ids)
 
     def merge(self, other: Database) -> tuple[int, int, int]:
-        """Add all meshes of another database; return (added, replaced, already there)."""
+        """Add all meshes of another database; return (added, replaced, already there).
+
+        Raises DatabaseError where :meth:`verify` finds anything wrong with the other.
+        """
         if other.path.resolve() == self.path.resolve():
             raise DatabaseError(f"{self.path} cannot be merged into itself")
         with ExitStack() as stack:
             # In one order, else two that are merged into each other wait for ever.
             for database in sorted((self, other), key=id):
                 stack.enter_context(database._lock)
+            other._refuse_unsound()
             connection = stack.enter_context(self._change())
             try:
                 return writing.merge_database(connection, other._connection)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import sqlite3
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from urllib.parse import quote
@@ -331,16 +331,13 @@ def _write(
 ) -> Exported:
     rows = occurrences = 0
     with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as out:
-        # Nothing is lost if this is cut short: the file is thrown away then.
-        out.execute("PRAGMA synchronous = OFF")
-        out.execute("PRAGMA journal_mode = MEMORY")
+        with explained(path):
+            # Nothing is lost if this is cut short: the file is thrown away then.
+            out.execute("PRAGMA synchronous = OFF")
+            out.execute("PRAGMA journal_mode = MEMORY")
         with atomic(out):
             out.execute(_CREATE)
-            found = connection.execute(
-                "SELECT code, sum(patches - mirrored_patches), sum(mirrored_patches) "
-                "FROM pattern JOIN occurrence ON pattern_id = id GROUP BY id ORDER BY id"
-            )
-            for done, (short, own, mirrored) in enumerate(found):
+            for done, (short, own, mirrored) in enumerate(_read_counts(connection)):
                 if progress is not None and done % STEP == 0:
                     progress(done, total)
                 code, _ = restore([short])
@@ -353,6 +350,16 @@ def _write(
     if progress is not None:
         progress(total, total)
     return Exported(total, rows, occurrences)
+
+
+def _read_counts(connection: sqlite3.Connection) -> Iterator[tuple[bytes, int, int]]:
+    """Read every pattern's code, with the occurrences of its own hand and of the other."""
+    # Named here: what is wrong with the database is not to be said of the file that is written.
+    with explained(Path(connection.execute("PRAGMA database_list").fetchone()[2])):
+        yield from connection.execute(
+            "SELECT code, sum(patches - mirrored_patches), sum(mirrored_patches) "
+            "FROM pattern JOIN occurrence ON pattern_id = id GROUP BY id ORDER BY id"
+        )
 
 
 def _row(code: Code, clockwise: bool, number: int, digits: int | None) -> tuple[str | int, ...]:

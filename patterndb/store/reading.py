@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Generator, Iterable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
+from pathlib import PurePath
 from typing import Any, TypeVar
 
 import numpy as np
@@ -348,6 +349,9 @@ def options_of(
 #: Names that a message offers where one is unknown.
 OFFERED = 3
 
+#: How alike their names must be, from 0 to 1 (difflib): "dgo" is offered "dog".
+LEAST_ALIKE = 0.65
+
 
 def find_pattern_ids(
     connection: sqlite3.Connection,
@@ -441,12 +445,22 @@ def choose_meshes(
 
 def _near(name: str, known: set[str]) -> str:
     """What comes near the name, as a part of a sentence; nothing where nothing does."""
-    lower = {one.lower(): one for one in sorted(known)}
-    near = difflib.get_close_matches(name.lower(), list(lower), OFFERED)
-    near += [one for one in lower if name and name.lower() in one and one not in near]
+    # Without suffixes: that two names end in .obj makes them no more alike.
+    stems: dict[str, list[str]] = {}
+    for one in sorted(known):
+        stems.setdefault(_stem(one), []).append(one)
+    wanted = _stem(name)
+    near = difflib.get_close_matches(wanted, list(stems), OFFERED, LEAST_ALIKE)
+    near += [one for one in stems if wanted and wanted in one and one not in near]
     if not near:
         return ""
-    return " (did you mean " + " or ".join(repr(lower[one]) for one in near[:OFFERED]) + "?)"
+    offered = [one for stem in near for one in stems[stem]][:OFFERED]
+    return " (did you mean " + " or ".join(map(repr, offered)) + "?)"
+
+
+def _stem(name: str) -> str:
+    """The name in lower case, without its suffix."""
+    return PurePath(name.lower()).stem
 
 
 def _licences(known: Sequence[KnownMesh]) -> str:

@@ -111,13 +111,21 @@ def write_beside(path: Path) -> Generator[Path]:
     except OSError as error:
         # The name that its folder would have had says nothing to whoever named the file.
         raise OSError(error.errno, error.strerror, str(path)) from error
+    fresh = folder / path.name
     try:
-        fresh = folder / path.name
         yield fresh
         # Else a crash of the machine could leave the new name with nothing in it.
         with fresh.open("rb+") as file:
             os.fsync(file.fileno())
         fresh.replace(path)
+    except OSError as error:
+        # A disk that is full, say: nobody knows the file by its name in that folder.
+        if error.filename is not None and Path(error.filename) != fresh:
+            raise
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    except PatternDBError as error:
+        error.args = (str(error).replace(str(fresh), str(path)), *error.args[1:])
+        raise
     finally:
         shutil.rmtree(folder, ignore_errors=True)
         if lock is not None:

@@ -1,9 +1,29 @@
-"""Memory that is free, and that the C library keeps for this process all the same."""
+"""The memory of this process: whether it may have enough, and what the C library keeps of it."""
 
 from __future__ import annotations
 
 import ctypes
 import sys
+
+from patterndb.errors import AddressSpaceError
+
+#: Bytes of address space (ulimit -v) below which kernels are not loaded: a query takes 463 MB at
+#: its peak, and where LLVM gets no memory it ends the process without a word of the reason.
+LEAST_ADDRESS_SPACE = 512 << 20
+
+
+def refuse_small_address_space() -> None:
+    """Raise AddressSpaceError where a limit leaves too little to load compiled kernels."""
+    if sys.platform == "win32":
+        return
+    import resource
+
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    if limit != resource.RLIM_INFINITY and limit < LEAST_ADDRESS_SPACE:
+        raise AddressSpaceError(
+            f"this process may use {limit >> 20} MB of address space (ulimit -v), and needs "
+            f"{LEAST_ADDRESS_SPACE >> 20}; raise the limit"
+        )
 
 
 def return_freed_memory() -> None:

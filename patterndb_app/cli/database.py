@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
+from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from patterndb.errors import PatternDBError
 from patterndb_app.cli.failure import EXIT_BAD_INPUT
 from patterndb_app.cli.options import FileName, as_json, db_to_read, db_to_write, open_database
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
@@ -168,6 +170,7 @@ def merge(others: tuple[Path, ...], db: Path, starter: bool, as_json: bool) -> i
         raise click.UsageError("name the databases to add, or give --starter")
     added = replaced = same = 0
     with contextlib.ExitStack() as stack:
+        stack.enter_context(leaving_no_empty_database(db))
         # All are opened before anything is written, so that a wrong name changes nothing.
         names = (*others, None) if starter else others
         sources = [stack.enter_context(open_database(path)) for path in names]
@@ -268,6 +271,25 @@ def diff(first: Path, second: Path | None, as_json: bool) -> int:
     for mesh in found.retaught:
         write(f"  {printable(mesh.name)}: learned with different options")
     return 0
+
+
+@contextlib.contextmanager
+def leaving_no_empty_database(db: Path) -> Generator[None]:
+    """Remove the database that the block makes, where an error ends it before anything is in it."""
+    fresh = not db.exists()
+    try:
+        yield
+    except (PatternDBError, OSError):
+        if fresh and db.exists() and _has_no_mesh(db):
+            db.unlink()
+        raise
+
+
+def _has_no_mesh(db: Path) -> bool:
+    if not db.stat().st_size:
+        return True
+    with open_database(db) as database:
+        return not database.meshes()
 
 
 def count_patterns(database: Database) -> int:

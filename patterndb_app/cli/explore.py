@@ -15,6 +15,7 @@ from patterndb_app.cli.options import (
     Count,
     DatabaseChoice,
     FileName,
+    MeshName,
     Numbers,
     boundary_of,
     dbs_to_read,
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 @click.argument("boundary", type=FileName(), required=False)
 @click.option(
     "--surface",
-    type=FileName(),
+    type=MeshName(),
     metavar="FILE",
     help="The mesh to draw and to fill on; a plane if not given.",
 )
@@ -104,6 +105,11 @@ def explore(
         raise click.UsageError("--closed and --corners go with --sides")
     if output is not None and boundary is None and sides is None:
         raise click.UsageError("nothing to fill: give a boundary's file or --sides")
+    if output is None:
+        # Imported here because no verb without a window needs it.
+        from viewer.shell.probe import check_display
+
+        check_display()
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from viewer.explore import explore as open_explorer
     from viewer.explorer_commands import KEYS

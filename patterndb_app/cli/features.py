@@ -19,6 +19,7 @@ from patterndb_app.cli.options import (
     Direction,
     FileName,
     FileToWrite,
+    MeshName,
     as_json,
     picture_path,
     read_model,
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
         "Output": ("-o", "--picture", "--view", "--json"),
     },
 )
-@click.argument("model", type=FileName())
+@click.argument("model", type=MeshName())
 @click.option("--strokes", type=FileName(), metavar="FILE", help="The strokes, JSON.")
 @click.option("-o", "--output", type=FileToWrite(".json"), metavar="FILE", help="The curves, JSON.")
 @click.option(
@@ -168,12 +169,14 @@ def features(
     patterndb features sedan.obj --strokes rough.json --alpha 0.5 --beta 60 --stiffness 4 --json
     patterndb features sedan.obj --session sedan.session --view
     """
-    looking = strokes is None and view and output is None and not as_json
+    looking = strokes is None and view and output is None
     if strokes is None and session is None:
         if not view:
             raise click.UsageError("there is nothing to do; give --strokes, --session or --view")
         if not looking:
             raise click.UsageError("without --strokes or --session there are no curves to write")
+    if looking and as_json:
+        raise click.UsageError("--view alone finds no curves for --json to describe; leave one out")
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from patterndb_sketch.features.sessionfile import (
         FeatureSession,

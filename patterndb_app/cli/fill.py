@@ -17,6 +17,7 @@ from patterndb_app.cli.options import (
     Count,
     DatabaseChoice,
     FileName,
+    MeshName,
     as_json,
     dbs_to_read,
     open_database,
@@ -62,7 +63,7 @@ MOST_OF_SURFACE = 0.5
 @click.argument("boundary", type=FileName())
 @click.option(
     "--surface",
-    type=FileName(),
+    type=MeshName(),
     metavar="FILE",
     help="The mesh that the fill shall lie on, as the boundary does.",
 )
@@ -78,7 +79,7 @@ MOST_OF_SURFACE = 0.5
     default=1,
     show_default=True,
     metavar="K",
-    help="Place the K-th fill: of different patterns, or with --flat or --json of all.",
+    help="Place the K-th fill: of different patterns, or with --flat of all.",
 )
 @dbs_to_read
 @server_to_ask
@@ -130,6 +131,7 @@ def fill(
     """
     if record and db is None:
         raise click.UsageError("--record needs --db: the starter database cannot be changed")
+    chosen_fills = search_arguments(search, server)
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from query.boundaryfile import read_boundary, read_strokes
     from query.placing import Surface, place
@@ -143,11 +145,7 @@ def fill(
         from ingest.formats import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
-    options: dict[str, Any] = {
-        "limit": rank,
-        "strokes": drawn,
-        **search_arguments(search, program=as_json),
-    }
+    options: dict[str, Any] = {"limit": rank, "strokes": drawn, **chosen_fills}
     tolerance = options["tolerance"]
     see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"
     from patterndb_app.cli.obj import write_placed_fill

@@ -19,6 +19,7 @@ from patterndb_app.cli.options import (
     DatabaseChoice,
     FileName,
     FileToWrite,
+    MeshName,
     ParamType,
     as_json,
     dbs_to_read,
@@ -53,6 +54,7 @@ class IndexRanges(ParamType):
     """Whole numbers and ranges of them with commas between: 3,17,20-25."""
 
     name = "n,n-n,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -77,6 +79,7 @@ class VertexCorners(ParamType):
     """Quads at vertices, 17:1,23:3."""
 
     name = "v:k,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -188,7 +191,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 @click.option(
     "--no-twin", is_flag=True, help="Do not copy the other side of a mesh that is symmetric."
 )
-@click.option("--surface", type=FileName(), metavar="FILE", help="Lay new vertices on this mesh.")
+@click.option("--surface", type=MeshName(), metavar="FILE", help="Lay new vertices on this mesh.")
 @click.option(
     "--picture",
     type=picture_path(".png"),
@@ -449,6 +452,7 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
     """Answer questions, a line each. Returns the exit code: that of bad input if a line could not
     be read, that of nothing found if a hole could not be filled."""
     from ingest.formats import read_mesh
+    from query.batchline import read_id
     from query.holes import MeshTopology, fill_holes
 
     asked = unreadable = unanswered = 0
@@ -475,11 +479,11 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
             fills = list(found)
         except (PatternDBError, OSError) as error:
             unreadable += 1
-            write_json({"line": number, "error": str(error)})
+            write_json({"line": number, **read_id(line), "error": str(error)})
             continue
         unanswered += not fills
-        document = {"line": number, "mesh": question.mesh, "holes": [found.to_json(fills)]}
-        write_json(document)
+        named = {"line": number, **read_id(line), "mesh": question.mesh}
+        write_json({**named, "holes": [found.to_json(fills)]})
     say(
         f"{plural(asked, 'question')}, {unanswered} without a fill, "
         f"{unreadable} that could not be answered"

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from patterndb.errors import ClusterError, MeshFileError, NotFoundError
+from patterndb.errors import MeshFileError, NotFoundError
 from patterndb.system.compiling import COMPILED, read_work_clock
 from patterndb.system.extras import require_extra
-from patterndb_app.cli.database import count_patterns
+from patterndb_app.cli.database import count_patterns, leaving_no_empty_database
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
 from patterndb_app.cli.options import (
     MOST_BYTES,
@@ -47,13 +47,14 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str | No
     """Refuse what is no scheduler, and one without what it takes, before any file is read."""
     if value is None:
         return None
-    from ingest.scheduler import parse_scheduler
+    from ingest.scheduler import parse_scheduler, reach_scheduler
 
     try:
         parse_scheduler(value)
     except ValueError as error:
         raise click.BadParameter(str(error), ctx, param) from error
     require_extra("dask", "--scheduler")
+    reach_scheduler(value)
     return value
 
 
@@ -160,31 +161,26 @@ def ingest(
     # A bad file must not leave an empty database behind, nor must meshes without quads.
     if not db.exists() and not check_files(None, files, options, limits, skip_bad=skip_bad):
         raise NotFoundError(_no_quads(files))
-    fresh = not db.exists()
-    try:
-        with (
-            resumable(f"what was learned is in {db}; the same command goes on from here"),
-            open_database(db, "create") as database,
-        ):
-            with learning_progress(talk=not as_json) as progress:
-                report = ingest_files(
-                    database,
-                    files,
-                    options,
-                    jobs=jobs,
-                    scheduler=scheduler,
-                    provenance=Provenance(author, source, licence),
-                    limits=limits,
-                    skip_bad=skip_bad,
-                    progress=progress.update,
-                    report=progress.report,
-                )
-            patterns = count_patterns(database)
-    except ClusterError:
+    with (
         # A cluster that is not there must leave no empty database either.
-        if fresh:
-            _remove_empty(db)
-        raise
+        leaving_no_empty_database(db),
+        resumable(f"what was learned is in {db}; the same command goes on from here"),
+        open_database(db, "create") as database,
+    ):
+        with learning_progress(talk=not as_json) as progress:
+            report = ingest_files(
+                database,
+                files,
+                options,
+                jobs=jobs,
+                scheduler=scheduler,
+                provenance=Provenance(author, source, licence),
+                limits=limits,
+                skip_bad=skip_bad,
+                progress=progress.update,
+                report=progress.report,
+            )
+        patterns = count_patterns(database)
     if as_json:
         write_json(
             {
@@ -279,14 +275,6 @@ def _below(folder: Path) -> Iterator[Path]:
 
 #: Characters of the names of the meshes in work, in the line of progress.
 SHOWN_NAMES = 30
-
-
-def _remove_empty(db: Path) -> None:
-    """Remove a database that has no mesh."""
-    with open_database(db) as database:
-        is_empty = not database.meshes()
-    if is_empty:
-        db.unlink()
 
 
 def _tell_workers(workers: int | None) -> str:

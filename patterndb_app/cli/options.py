@@ -74,6 +74,15 @@ class FileName(ParamType):
         if not str(value):
             # Path("") would be the present folder: a slip, such as a shell variable unset.
             self.fail("the name is empty", param, ctx)
+        if str(value) == "-":
+            # Elsewhere it stands for stdin or stdout; here it would be a file of that name.
+            self.fail("- is not a file: name one (./- if it is called so)", param, ctx)
+        if re.match(r"[A-Za-z][\w+.-]+://", str(value)):
+            options = set[str]() if ctx is None else {o for p in ctx.command.params for o in p.opts}
+            named = set[str]() if param is None else set(param.opts)
+            by = "--server" if "--db" in named and "--server" in options else None
+            how = f"give it as {by} to ask a service" if by else "download it, and name the file"
+            self.fail(f"{value} is an address, not a file: {how}", param, ctx)
         if not is_text(str(value)):
             self.fail(f"{str(value)!r} is not UTF-8; rename the file", param, ctx)
         return Path(value)
@@ -83,6 +92,20 @@ class FileName(ParamType):
     ) -> list[CompletionItem]:
         """Leave it to the shell, which knows its files; click alone would offer none."""
         return [CompletionItem(incomplete, type="file")]
+
+
+class MeshName(FileName):
+    """The name of a mesh file; what its format needs and is not installed is missed at once."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = super().convert(value, param, ctx)
+        # Imported here because --help and wrong usage need not wait for it.
+        from ingest.formats import FORMATS
+
+        for format in FORMATS:
+            if path.suffix.lower() in format.suffixes:
+                format.require()
+        return path
 
 
 class FileToWrite(FileName):
@@ -145,6 +168,8 @@ class DatabaseParam(ParamType):
             return value
         # A file whose name has a = is that file.
         text, equals, number = (str(value), "", "")
+        if "://" in text:
+            FileName().convert(text, param, ctx)
         if not Path(text).exists():
             file, equals, number = text.rpartition("=")
             text = file if equals else text
@@ -298,6 +323,7 @@ class Numbers(ParamType):
     """Whole numbers with commas between: 3,5,4,6."""
 
     name = "n,n,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -341,9 +367,13 @@ def picture_path(*suffixes: str) -> ParamType:
 
 
 def require_viewer(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
-    """The callback of --view: what cannot open a window shall say so before it does its work."""
+    """Refuse --view, as its callback, where no window can be opened, before any work is done."""
     if value:
         require_extra("viewer", f"{param.opts[0]}, a window,")
+        # Imported here because no verb without a window needs it.
+        from viewer.shell.probe import check_display
+
+        check_display()
     return value
 
 
@@ -398,6 +428,7 @@ class Direction(ParamType):
     """A direction: x, y, z or three numbers, 1,0,0.5."""
 
     name = "direction"
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -426,9 +457,8 @@ class Source(ParamType):
             model, equals, network = str(value).rpartition("=")
             if not equals:
                 model, network = network, ""
-        file = FileName()
-        mesh = file.convert(model, param, ctx)
-        return mesh, file.convert(network, param, ctx) if equals else None
+        mesh = MeshName().convert(model, param, ctx)
+        return mesh, FileName().convert(network, param, ctx) if equals else None
 
 
 class ModeParam(ParamType):

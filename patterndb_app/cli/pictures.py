@@ -376,6 +376,11 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
     patterndb browse --class 5
     patterndb browse --class 6 --keys "n Right ] Up" -o page.png
     """
+    if output is None:
+        # Imported here because no verb without a window needs it.
+        from viewer.shell.probe import check_display
+
+        check_display()
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from viewer import browse as open_browser
     from viewer.browser_commands import KEYS

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import difflib
+import re
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import import_module
 from typing import Any
 
 import click
 
+from patterndb.errors import PatternDBError
+from patterndb.system.memory import refuse_small_address_space
 from patterndb_app.cli.compiletalk import told_compiling
-from patterndb_app.cli.failure import explain
+from patterndb_app.cli.failure import EXIT_BAD_INPUT, explain
 from patterndb_app.cli.progressline import told_waiting
+from patterndb_app.cli.text import is_output_lost, say
 
 #: The verbs by what one wants, in the order of the help, and the module that each stands in. One
 #: more verb is one more entry.
@@ -57,8 +62,116 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
 }
 
 
-class Program(click.Group):
+class VerbGroup(click.Group):
+    """A group of verbs; where one is misspelt, those that are spelt alike are named."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """As click's, but that the error offers verbs."""
+        name = args[0]
+        if self.get_command(ctx, name) is None and not name.startswith("-"):
+            near = find_alike(name, self.list_commands(ctx))
+            offered = f"did you mean {' or '.join(near)}?" if near else "--help lists the verbs"
+            raise click.UsageError(f"there is no verb {name!r}; {offered}", ctx)
+        return super().resolve_command(ctx, args)
+
+
+#: Names that are offered for a misspelt one, at most, and how alike they must be (difflib).
+MOST_OFFERED = 3
+LEAST_ALIKE = 0.6
+
+
+def find_alike(name: str, known: Sequence[str]) -> list[str]:
+    """Find those of the known names that may be meant by one that is unknown."""
+    plain = name.lower().replace("_", "-")
+    near = difflib.get_close_matches(plain, known, MOST_OFFERED, LEAST_ALIKE)
+    near += [one for one in known if plain and one.startswith(plain) and one not in near]
+    # The same letters without the hyphen are meant.
+    same = [one for one in known if one.replace("-", "") == plain.replace("-", "")]
+    return same or near[:MOST_OFFERED]
+
+
+def suggest_list(ctx: click.Context, given: Sequence[str]) -> str | None:
+    """Suggest the option as it should be written, where the values of a list have blanks between
+    them, or stand without their option; None where nothing of the kind was given."""
+    lists = [
+        (param, name)
+        for param in ctx.command.params
+        if getattr(param.type, "has_commas", False)
+        for name in param.opts
+    ]
+    for param, name in lists:
+        for at, word in enumerate(given):
+            if word == name or word.startswith(name + "="):
+                values = [*word.split("=", 1)[1:], *given[at + 1 :]]
+                joined = _join_values(param, ctx, values)
+                if joined is not None:
+                    return f"{name} {joined}"
+    verb = ctx.info_name or ""
+    alone = list(given[given.index(verb) + 1 :]) if verb in given else list[str]()
+    for param, name in lists:
+        if name == "--sides" and name not in given and alone:
+            joined = _join_values(param, ctx, [*alone[0].split(","), *alone[1:]])
+            if joined is not None:
+                return f"{name} {joined}"
+    return None
+
+
+def _offer_list(error: click.UsageError, given: Sequence[str]) -> click.UsageError:
+    """The error, with the list as it should be written where one was not."""
+    better = None if error.ctx is None else suggest_list(error.ctx, given)
+    if better is None:
+        return error
+    text = f"{error.format_message()}; lists have commas and no blanks: {better}"
+    return click.UsageError(text, error.ctx)
+
+
+#: Values of a list that are looked at.
+MOST_VALUES = 64
+
+
+def _join_values(param: click.Parameter, ctx: click.Context, words: Sequence[str]) -> str | None:
+    """The most of the first words that are the option's value with commas between them, two at
+    least; None where they are not."""
+    found = None
+    joined = ""
+    for count, word in enumerate(words[:MOST_VALUES], 1):
+        if word.startswith("--"):
+            break
+        joined = f"{joined},{word.strip(',')}" if joined else word.strip(",")
+        try:
+            param.type.convert(joined, param, ctx)
+        except click.UsageError:
+            continue
+        found = joined if count > 1 else found
+    return found
+
+
+def name_options(text: str, command: click.Command | None = None) -> str:
+    """Name the options of a verb where a message of the library names its own keywords.
+
+    command: the verb; that which runs if not given.
+    """
+    command = command or click.get_current_context().command
+    for name, option in _list_options(command):
+        text = re.sub(rf"""(?<![\w./-]){name}="?([\w-]+)"?""", rf"{option} \1", text)
+        if "_" in name:
+            text = re.sub(rf"(?<![\w./-]){name}(?![\w./-])", option, text)
+    return text
+
+
+def _list_options(command: click.Command) -> Iterator[tuple[str, str]]:
+    for param in command.params:
+        if isinstance(param, click.Option) and param.name:
+            yield param.name, max(param.opts, key=len)
+
+
+class Program(VerbGroup):
     """The group of all verbs; it ends every error with a message and an exit code."""
+
+    #: Does the verb that ran change a database? Then its answer on stdout is only a report.
+    _changes_database = False
 
     def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
         """As click's; out of standalone mode errors are raised."""
@@ -66,12 +179,18 @@ class Program(click.Group):
             return super().main(*args, standalone_mode=False, **extra)
         try:
             result = super().main(*args, standalone_mode=False, **extra)
+        except click.UsageError as error:
+            given = args[0] if args else extra.get("args")
+            code = explain(_offer_list(error, sys.argv[1:] if given is None else list(given)))
         except Exception as error:
             code = explain(error)
         except KeyboardInterrupt as error:
             code = explain(error)
         else:
             code = result if isinstance(result, int) else 0
+            if code == 0 and is_output_lost() and not self._changes_database:
+                say("patterndb: stdout is closed: the answer could not be written")
+                code = EXIT_BAD_INPUT
         sys.exit(code)
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -81,7 +200,25 @@ class Program(click.Group):
             return ctx.invoked_subcommand
 
         with told_waiting(name_verb), told_compiling(name_verb):
-            return super().invoke(ctx)
+            try:
+                return super().invoke(ctx)
+            except PatternDBError as error:
+                command = self.get_command(ctx, name_verb() or "")
+                if command is not None:
+                    error.args = (name_options(str(error), command), *error.args[1:])
+                raise
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """As :class:`VerbGroup` does; notes what the verb does. A process with too little memory
+        gets no further than its help."""
+        if not {"-h", "--help"}.intersection(args):
+            refuse_small_address_space()
+        found = super().resolve_command(ctx, args)
+        params = [] if found[1] is None else found[1].params
+        self._changes_database = any("--db" in one.opts and one.required for one in params)
+        return found
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the verbs in the order of their sections."""

@@ -25,7 +25,7 @@ from patterndb_app.cli.options import (
     picture_path,
     server_to_ask,
 )
-from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.program import SectionedCommand, name_options
 from patterndb_app.cli.search import (
     FILTER_OPTIONS,
     ORDER_OPTIONS,
@@ -141,9 +141,8 @@ def query(
     """Find the fills of a boundary, best first.
 
     The first is the most regular; after it come those that artists have made most. Every fill
-    has another pattern: the other fills of it are counted, and listed with --pattern. Programs
-    get the flat list of all fills. Exit code 1 where there is no fill, as strokes and filters
-    may have it.
+    has another pattern: the other fills of it are counted, and listed with --pattern; --flat lists
+    all fills. Exit code 1 where there is no fill, as strokes and filters may have it.
 
     \b
     patterndb query --sides 3,5,4,6
@@ -161,8 +160,7 @@ def query(
         raise click.UsageError("with --batch every line has its own corners, strokes and loops")
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
-    program = as_json or batch is not None
-    arguments = {"limit": limit, **search_arguments(search, program=program)}
+    arguments = {"limit": limit, **search_arguments(search, server)}
     with limit_time(time_limit), open_source(db, server) as database:
         if batch is not None:
             return run_batch(batch, database, arguments, obj, image)
@@ -222,7 +220,7 @@ def _one(
                 say("+: more fills of the pattern, listed by --pattern NAME; all fills by --flat")
     whole = kept.close()
     if not listing.count:
-        say(f"no fill: {found.reason}")
+        say(f"no fill: {name_options(found.reason or '')}")
     return 0 if listing.count and whole else EXIT_NOTHING
 
 
@@ -389,12 +387,13 @@ def run_batch(
     """Answer every line that is not empty with one line of JSON, in order.
 
     A line that cannot be read gets a document with "error" instead of "fills", one that is not
-    asked any more when the time limit is over a document without fills. obj: the folder
+    asked any more when the time limit is over a document without fills; an entry "id" of a line is
+    in its document, too. obj: the folder
     for a folder of OBJ files for each line. image: the name of a sheet, to which each line adds
     its number. Returns the exit code: that of bad input if there was such a line, that of nothing
     found if a boundary has no fill.
     """
-    from query.batchline import parse_line
+    from query.batchline import parse_line, read_id
     from query.errors import InvalidQueryError
 
     asked = unreadable = unanswered = 0
@@ -404,6 +403,7 @@ def run_batch(
             boundary, strokes = parse_line(_text(line))
             head = {
                 "line": number,
+                **read_id(line),
                 "sides": list(boundary.lengths),
                 "corners": list(boundary.corners),
             }
@@ -414,11 +414,12 @@ def run_batch(
             found = find_fills(database, boundary, strokes=strokes, **arguments)
         except TimeLimitError:
             unanswered += 1
-            write_json({"line": number, "fills": [], **NOT_ASKED})
+            write_json({"line": number, **read_id(line), "fills": [], **NOT_ASKED})
             continue
         except (InvalidBoundaryError, InvalidQueryError) as error:
             unreadable += 1
-            write_json({"line": number, "error": str(error)})
+            told = name_options(str(error))
+            write_json({"line": number, **read_id(line), "error": told})
             continue
         listing = FillListing(database, found)
         folder = None if obj is None else obj / f"line-{number:03}"

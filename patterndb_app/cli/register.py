@@ -11,7 +11,15 @@ import numpy as np
 
 from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.obj import write_faces
-from patterndb_app.cli.options import OBJ, Count, FileName, as_json, picture_path, read_model
+from patterndb_app.cli.options import (
+    OBJ,
+    Count,
+    FileName,
+    MeshName,
+    as_json,
+    picture_path,
+    read_model,
+)
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 
@@ -56,7 +64,7 @@ tolerance_option = click.option(
 
 
 @click.command()
-@click.argument("model", type=FileName())
+@click.argument("model", type=MeshName())
 @click.option(
     "--network",
     type=FileName(),

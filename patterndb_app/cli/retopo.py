@@ -10,11 +10,13 @@ import click
 
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import require_extra
+from patterndb.system.files import open_regular
 from patterndb_app.cli.options import (
     OBJ,
     DatabaseChoice,
     FileName,
     FileToWrite,
+    MeshName,
     as_json,
     dbs_to_read,
     open_database,
@@ -62,7 +64,7 @@ class RetopoCommand(SectionedCommand):
         ),
     },
 )
-@click.argument("surface", type=FileName(), required=False)
+@click.argument("surface", type=MeshName(), required=False)
 @click.option("--script", type=FileName(), metavar="FILE", help="The script to play, JSON lines.")
 @click.option(
     "--session",
@@ -179,9 +181,16 @@ def retopo(
     nothing_else = script is None and output is None and picture is None and not as_json
     nothing_else = nothing_else and not (draft and session is not None)
     view = view or nothing_else
+    for given in (surface, script):
+        if given is not None:
+            # A file that is not there is the first thing to report.
+            open_regular(given).close()
     require_extra("sketch", "retopology")
     if view:
-        require_extra("viewer", "a window")
+        # Imported here because no verb without a window needs it.
+        from viewer.shell.probe import check_display
+
+        check_display()
     if view and as_json:
         raise click.UsageError("--json tells what a script made; leave it or --view out")
     shown = _read_sides(sides, picture)

@@ -14,6 +14,7 @@ import click
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import get_deadline, is_late
+from patterndb.system.extras import require_extra
 from patterndb.system.numbers import MOST_EDGES
 from patterndb_app.cli.options import (
     Count,
@@ -24,6 +25,7 @@ from patterndb_app.cli.options import (
     time_limit_option,
     valence_option,
 )
+from patterndb_app.cli.program import name_options
 
 if TYPE_CHECKING:
     from patterndb.store import Database, DatabaseUnion, PatternHolder
@@ -41,6 +43,7 @@ class Corners(ParamType):
     """Kinds of corners with commas between: c,c,r,c."""
 
     name = "c,c,r,..."
+    has_commas = True
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -109,7 +112,7 @@ folded_option = click.option(
     "--folded/--flat",
     default=None,
     help="One fill of each pattern, its variants counted, or every fill in its place.  [default: "
-    "folded; flat with --json, --batch, --pattern and --per-pattern]",
+    "folded; flat with --pattern and --per-pattern]",
 )
 
 _OPTIONS = (
@@ -214,11 +217,14 @@ def search_options(verb: F) -> F:
     return verb
 
 
-def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
+def search_arguments(given: dict[str, Any], server: str | None) -> dict[str, Any]:
     """The keywords of :func:`find_fills` that the options of :func:`search_options` mean.
 
-    program: is the list for a program, which wants it flat?
+    server: the service that is asked; None where the search is made here. Raises
+    MissingExtraError where what searches is not installed.
     """
+    if given["solver"] == "cp-sat" and server is None:
+        require_extra("sketch", "--solver cp-sat")
     arguments = {
         name: given[name]
         for name in (
@@ -244,7 +250,7 @@ def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
         raise click.UsageError(
             "--folded lists one fill of each pattern; leave --pattern and --per-pattern out"
         )
-    arguments["folded"] = not (program or some) if given["folded"] is None else given["folded"]
+    arguments["folded"] = not some if given["folded"] is None else given["folded"]
     arguments["per_pattern"] = given["per_pattern"] or None
     arguments["threads"] = given["jobs"]
     if given["valence"] is not None:
@@ -375,6 +381,7 @@ class FillListing:
     def to_json(self) -> dict[str, object]:
         """What is known at the end of the list."""
         reason = None if self.count else self.found.reason
+        reason = reason and name_options(reason)
         stopped = self.found.stopped
         return {
             "truncated": self.found.truncated or stopped is not None,
@@ -396,7 +403,7 @@ def find_ranked(found: Fills | RemoteFills, rank: int, hint: str = "") -> Fill:
         if count == rank:
             return fill
     if not count:
-        raise NotFoundError(f"no fill: {found.reason}{hint}")
+        raise NotFoundError(f"no fill: {name_options(found.reason or '')}{hint}")
     raise NotFoundError(f"no fill {rank} was found, only {count:,}{describe_stop(found)}{hint}")
 
 

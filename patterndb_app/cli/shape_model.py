@@ -25,6 +25,7 @@ from patterndb_app.cli.options import (
     read_model,
     require_viewer,
 )
+from patterndb_app.cli.program import VerbGroup
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.register import (
     delta_option,
@@ -47,7 +48,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 
-@click.group(name="shape-model")
+@click.group(name="shape-model", cls=VerbGroup)
 def shape_model() -> None:
     """Learn how shapes of one kind differ, and make new ones.
 

@@ -13,6 +13,7 @@ import click
 
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.extras import EXTRAS, require_extra
 from patterndb_app.cli.options import (
     OBJ,
     FileName,
@@ -196,6 +197,12 @@ def surface(
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from patterndb_sketch.surfacing import Settings, find_openings, read_drawing
     from patterndb_sketch.surfacing import surface as surface_of
+    from patterndb_sketch.surfacing.networkfile import gives_cycles
+
+    if method is not None and METHODS[method].needs_database and not cycles_only:
+        require_extra("sketch", f"--method {method}")
+    if not EXTRAS["sketch"].is_there() and (find_cycles or not gives_cycles(network)):
+        require_extra("sketch", "finding the cycles of a network")
 
     drawing = read_drawing(network, tolerance=tolerance)
     for note in drawing.notes:

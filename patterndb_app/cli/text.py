@@ -50,6 +50,9 @@ def say(text: str) -> None:
 def write(text: str = "", *, end: str = "\n") -> None:
     """A line of data; OSError as writing raises it, but for a reader that has gone."""
     LAST_WORD.begin()
+    if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison]
+        LOST.append(text)
+        return
     try:
         try:
             click.echo(text + end, nl=False)
@@ -60,6 +63,15 @@ def write(text: str = "", *, end: str = "\n") -> None:
     except BrokenPipeError:
         # Python would complain when it flushes on its way out; it shall find a reader then.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+#: What was to be written while stdout was closed from the beginning.
+LOST: list[str] = []
+
+
+def is_output_lost() -> bool:
+    """Was data to be written to a stdout that was closed from the beginning?"""
+    return bool(LOST)
 
 
 def write_json(document: Mapping[str, object]) -> None:

@@ -158,10 +158,12 @@ def explain_empty(
     strict: bool,
     strokes: int,
     together: Sequence[tuple[int, ...]] | None = (),
+    relaxed: Sequence[str] = (),
 ) -> str:
-    """One sentence. n_candidates: patterns of the class that pass the filters. strokes: how many
-    were asked for. together: those, by their numbers from 0, that some fill has together; None
-    where time was up before that was known."""
+    """Return one sentence. n_candidates: patterns of the class that pass the filters. strokes: how
+    many were asked for. together: those, by their numbers from 0, that some fill has together; None
+    where time was up before that was known. relaxed: the fills that exist without one of the
+    filters, a part of a sentence each."""
     impossible = explain_impossible(boundary, filters) if strict else None
     if impossible:
         return impossible
@@ -172,21 +174,22 @@ def explain_empty(
             "greater tolerance, leave a stroke out, or split the boundary along one"
         )
     if not strict:
-        return "no fill passes the filters; relax them"
+        return f"no fill passes the filters; {' and '.join(relaxed) or 'relax them'}"
     if len(patterns) == 0:
         return (
             f"the database has no pattern with {sides}; learn from more meshes, or let corners "
             "fall elsewhere (relaxed matching)"
         )
     if n_candidates == 0:
+        mend = " and ".join(relaxed) or "relax the filters or learn from more meshes"
         return (
-            f"none of the {len(patterns)} patterns with {sides} has these corners and passes "
-            "the filters; relax the filters or learn from more meshes"
+            f"none of the {len(patterns)} patterns with {sides} has these corners and passes the "
+            f"filters; {mend}"
         )
     lengths = ", ".join(map(str, boundary.lengths))
     return (
         f"none of the {n_candidates} patterns with {sides} that pass fits the lengths {lengths}; "
-        "change the lengths, or learn from more meshes"
+        + (" and ".join(relaxed) or "change the lengths, or learn from more meshes")
     )
 
 

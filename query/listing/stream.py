@@ -12,6 +12,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
+from typing import Any
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
-from query.listing.filters import Filters, explain_empty
+from query.listing.filters import NO_DOUBLETS, Filters, explain_empty
 from query.listing.lane import (
     FIRST_KEPT,
     Candidate,
@@ -246,6 +247,7 @@ class Fills(Iterator[Fill]):
                 strict=q.filters.max_boundary_irregular == 0,
                 strokes=len(q.strokes),
                 together=self._find_compatible_strokes() if len(q.strokes) > 1 else [],
+                relaxed=[] if q.strokes else self._list_relaxed(),
             )
 
     def _find_compatible_strokes(self) -> list[tuple[int, ...]] | None:
@@ -267,6 +269,54 @@ class Fills(Iterator[Fill]):
         if not usable and None in alone:
             return None
         return [(number,) for number in usable]
+
+    def _list_relaxed(self) -> list[str]:
+        """List what can be had without one of the filters, for each that alone leaves it out."""
+        q = self._query
+        filters, told = q.filters, list[str]()
+        if filters.max_irregular is not None:
+            # This order begins with the fill that has the fewest.
+            first = self._find_without(filters=replace(filters, max_irregular=None))
+            if first is not None:
+                told.append(
+                    f"the fewest irregular vertices that any fill has are {first.n_irregular}, but "
+                    f"max_irregular is {filters.max_irregular}"
+                )
+        if filters.max_quads is not None:
+            first = self._find_without(filters=replace(filters, max_quads=None))
+            if first is not None:
+                told.append(
+                    f"there is one of {len(first.quads)} quads, but max_quads is "
+                    f"{filters.max_quads}"
+                )
+        others = {
+            "the range of valences": {"valence": NO_DOUBLETS},
+            "the range of corners": {"corners": None},
+            "what was asked about loops": {"has_loop": None},
+            "the fewest patches": {"min_frequency": None},
+            "the choice of meshes and licences": {"ids": None},
+        }
+        for words, change in others.items():
+            ((name, free),) = change.items()
+            if getattr(filters, name) not in (None, free) and self._find_without(
+                filters=replace(filters, **change)
+            ):
+                told.append(f"there are fills without {words}")
+        if q.origins is not None and self._find_without(origins=None):
+            told.append("there are fills of patterns that the database does not hold")
+        return told
+
+    def _find_without(self, **changes: Any) -> Fill | None:
+        """Find the most regular fill of the query with changes, in what is left of its time.
+
+        Its flag is that of this list, so that the limit and :meth:`cancel` end it as well.
+        """
+        if self._cancelled[0]:
+            return None
+        changed = replace(self._query, **{"order": ORDERS["regular"], **changes})
+        some = Fills(replace(changed, limit=1, time_limit=None))
+        some._cancelled = self._cancelled
+        return next(some, None)
 
     def _has_fill_with(self, group: tuple[int, ...]) -> bool | None:
         """Is a fill found that has these of the strokes? None where time is up before that.

@@ -47,7 +47,7 @@ def checked(asked: str) -> tuple[int, int]:
 
 def document(db: Path, *arguments: object) -> dict[str, Any]:
     """The answer, after every fill is found to be one, none twice, and as it says it is."""
-    result = run("query", "--db", db, "--json", *arguments)
+    result = run("query", "--db", db, "--json", "--flat", *arguments)
     answer = result.document()
     assert result.code == (0 if answer["fills"] else 1), result.err
     assert (answer["reason"] is None) == bool(answer["fills"])

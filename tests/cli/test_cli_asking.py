@@ -91,7 +91,7 @@ class TestMeshes:
 class TestQuery:
     @pytest.mark.parametrize("options", [(), LEARNED], ids=["default", "learned"])
     def test_json(self, learned: Path, options: tuple[str, ...]) -> None:
-        document = query(learned, "3,5,4,6", "--json", *options).document()
+        document = query(learned, "3,5,4,6", "--json", "--flat", *options).document()
         assert document["sides"] == [3, 5, 4, 6]
         assert document["corners"] == ["convex"] * 4
         assert isinstance(document["seconds"], float)
@@ -117,7 +117,7 @@ class TestQuery:
 
     @pytest.mark.parametrize("sides", ["3,5,4,6", "2,1,3,4", "2,2", "1,1,1,1,1,1"])
     def test_text_agrees(self, learned: Path, sides: str) -> None:
-        document = query(learned, sides, "--json").document()
+        document = query(learned, sides, "--json", "--flat").document()
         result = query(learned, sides, "--flat")
         head, *lines = result.out.splitlines()
         assert head.split() == [
@@ -162,10 +162,10 @@ class TestQuery:
     ) -> None:
         """The first of each pattern in the flat list, and how many more there are, up to 25."""
         asked = (sides, "--order", order)
-        everything = query(learned, *asked, "--json", "--limit", 2000).document()["fills"]
+        everything = query(learned, *asked, "--json", "--flat", "--limit", 2000).document()["fills"]
         result = query(learned, *asked, "--limit", 8)
         head, *lines = result.out.splitlines()
-        folded = query(learned, *asked, "--limit", 8, "--json", "--folded").document()["fills"]
+        folded = query(learned, *asked, "--limit", 8, "--json").document()["fills"]
         names = [line.split()[1] for line in lines]
         assert names == [fill["pattern"] for fill in folded]
         counts = Counter(_names(everything))
@@ -189,7 +189,7 @@ class TestQuery:
         assert_refused(query(learned, "3,5,4,6", "--pattern", "fffffff"), 1, "fffffff")
 
     def test_limits_take_the_first(self, learned: Path) -> None:
-        asked = ("3,5,4,6", "--json", *LEARNED)
+        asked = ("3,5,4,6", "--json", "--flat", *LEARNED)
         everything = query(learned, *asked, "--limit", 10000).document()
         assert everything["truncated"] is False
         names = _names(everything["fills"])
@@ -208,7 +208,7 @@ class TestQuery:
 
     @pytest.mark.parametrize("order", ["artist", "regular"])
     def test_limits_take_the_first_of_all_kinds(self, learned: Path, order: str) -> None:
-        asked = ("2,3,3,4", "--json", "--order", order)
+        asked = ("2,3,3,4", "--json", "--flat", "--order", order)
         everything = query(learned, *asked, "--limit", 10000).document()
         assert everything["truncated"] is False
         assert {fill["origin"] for fill in everything["fills"]} >= {"learned", "family"}
@@ -219,7 +219,7 @@ class TestQuery:
 
     @pytest.mark.parametrize("options", [(), LEARNED], ids=["default", "learned"])
     def test_max_irregular(self, learned: Path, options: tuple[str, ...]) -> None:
-        asked = ("2,3,3,4", "--limit", 10000, "--json", *options)
+        asked = ("2,3,3,4", "--limit", 10000, "--json", "--flat", *options)
         everything = query(learned, *asked).document()["fills"]
         for most in range(6):
             result = query(learned, *asked, "--max-irregular", most)
@@ -231,7 +231,7 @@ class TestQuery:
         ("valence", "allowed"), [("3..5", {3, 4, 5}), ("5", {5}), ("4..6", {4, 5, 6})]
     )
     def test_valence(self, learned: Path, valence: str, allowed: set[int]) -> None:
-        asked = ("4,4,3,3,4", "--limit", 1000, "--json", *LEARNED)
+        asked = ("4,4,3,3,4", "--limit", 1000, "--json", "--flat", *LEARNED)
         everything = query(learned, *asked).document()["fills"]
         kept = query(learned, *asked, "--valence", valence).document()["fills"]
         assert kept == [fill for fill in everything if _valences(fill) <= allowed]
@@ -240,7 +240,7 @@ class TestQuery:
     @pytest.mark.parametrize("options", [("--limit", "5"), LEARNED], ids=["default", "learned"])
     def test_the_other_solver_says_the_same(self, learned: Path, options: tuple[str, ...]) -> None:
         answers = [
-            query(learned, "3,2,3,4", "--json", "--solver", solver, *options).document()
+            query(learned, "3,2,3,4", "--json", "--flat", "--solver", solver, *options).document()
             for solver in ("kernel", "cp-sat")
         ]
         for answer in answers:
@@ -249,13 +249,13 @@ class TestQuery:
         assert answers[0]["fills"]
 
     def test_closed_is_one_side_without_a_corner(self, learned: Path) -> None:
-        document = query(learned, "8", "--closed", "--json", *LEARNED).document()
+        document = query(learned, "8", "--closed", "--json", "--flat", *LEARNED).document()
         assert document["sides"] == [8] and document["corners"] == []
         assert document["fills"]
         for fill in document["fills"]:
             assert len(fill["sides"]) == 1 and len(fill["sides"][0]) == 9
             assert fill["sides"][0][0] == fill["sides"][0][-1]
-        with_a_corner = query(learned, "8", "--json", *LEARNED).document()
+        with_a_corner = query(learned, "8", "--json", "--flat", *LEARNED).document()
         assert with_a_corner["fills"]
         assert not set(_names(with_a_corner["fills"])) & set(_names(document["fills"]))
 

@@ -92,6 +92,9 @@ def test_every_line_is_answered_as_it_is_alone(
         alone = run("query", *asked, "--db", learned, *{*options, "--json"}).document()
         empty += not alone["fills"]
         assert answer.keys() == (alone.keys() | {"line"}) - {"feasible_patterns"}
+        for fill in alone["fills"]:
+            # A batch does not count how many more fills a pattern has.
+            fill.pop("variants", None)
         for key in ("sides", "corners", "truncated", "stopped", "reason", "fills"):
             assert answer[key] == alone[key]
     assert (empty > 0) == ("--strict" in options)

@@ -143,3 +143,35 @@ def test_in_a_process_of_its_own(exported: Path, tmp_path: Path) -> None:
     assert result.code == 0
     rows = sqlite3.connect(tmp_path / "out.db").execute("SELECT topology, nFaces FROM Patches")
     assert all(len(topology) == 48 * n for topology, n in rows)
+
+
+@pytest.mark.parametrize("verb", ["export-ddq", "repair", "export", "picture"])
+def test_a_full_disk_is_said_of_the_file_that_is_written(
+    verb: str, learned: Path, tmp_path: Path
+) -> None:
+    output = tmp_path / "full" / "out"
+    output.parent.mkdir()
+    asked = {
+        "export-ddq": ("export-ddq", output, "--db", learned),
+        "repair": ("verify", "--db", learned, "--repair", output),
+        "export": ("export", output.with_suffix(".jsonl"), "--db", learned),
+        "picture": ("gallery", "--class", 4, "--db", learned, "-o", output.with_suffix(".png")),
+    }[verb]
+
+    def no_more() -> None:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (2048, 2048))
+
+    result = program(*asked, before=no_more)
+    assert result.code == 3
+    assert str(output) in result.err
+    assert str(learned) not in result.err and ".patterndb-" not in result.err
+    assert list(output.parent.iterdir()) == []
+
+
+def test_merging_a_damaged_database_leaves_no_file(tiny: Path, tmp_path: Path) -> None:
+    spoil(tiny, "UPDATE mesh SET distinct_patches = 127")
+    result = run("merge", tiny, "--db", tmp_path / "new.db")
+    assert_refused(result, 3, "is damaged", "--repair")
+    assert not (tmp_path / "new.db").exists()

@@ -33,7 +33,7 @@ def boundaries(n_sides: int, count: int) -> list[list[int]]:
 
 def ask(db: Path, lengths: list[int], *options: object) -> dict[str, Any]:
     sides = ",".join(map(str, lengths))
-    result = run("query", "--sides", sides, "--db", db, "--limit", 30, "--json", *options)
+    result = run("query", "--sides", sides, "--db", db, "--limit", 30, "--json", "--flat", *options)
     document = result.document()
     assert result.code == (0 if document["fills"] else 1)
     return document

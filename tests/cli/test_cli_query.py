@@ -71,7 +71,7 @@ class TestStrokes:
 
     def test_the_table_tells_how_far_they_are_off(self, learned: Path) -> None:
         asked = ("query", *FEW, "--flow=0:0-2:1", "--db", learned)
-        listed = run(*asked, "--json").document()["fills"]
+        listed = run(*asked, "--json", "--flat").document()["fills"]
         head, *lines = run(*asked, "--flat").out.splitlines()
         assert head.split()[:5] == ["rank", "pattern", "irregular", "off", "quads"]
         at = head.index("off") + len("off")

@@ -52,4 +52,4 @@ def test_what_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     document = run("report", "--json").document()
     for name, extra in EXTRAS.items():
         assert document["extras"][name] == f"not installed: {extra.install}"
-    assert 'pip install "patterndb[viewer]"' in document["windows"]["here"]
+    assert EXTRAS["viewer"].install in document["windows"]["here"]

@@ -74,7 +74,7 @@ def test_the_same_question_has_the_same_list(
     assert [fill.to_json() for fill in found] == lines
     assert found.truncated == whole["truncated"]
     for more in ((), ("--server", starter.url)):
-        result = CliRunner().invoke(cli, ["query", *options, "--json", *more])
+        result = CliRunner().invoke(cli, ["query", *options, "--json", "--flat", *more])
         assert result.exit_code == 0 and json.loads(result.stdout)["fills"] == lines
     with patterndb.connect(starter.url) as remote:
         again = remote.fills(boundary, strokes=strokes, **keywords)

@@ -50,7 +50,7 @@ def test_an_id_of_another_pattern_is_refused_by_merge(full: Path, tmp_path: Path
     with (
         patterndb.open(full) as other,
         patterndb.open(tmp_path / "new.db", "create") as new,
-        pytest.raises(DatabaseError, match="does not follow"),
+        pytest.raises(DatabaseError, match="is damaged"),
     ):
         new.merge(other)
 

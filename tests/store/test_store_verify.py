@@ -255,6 +255,31 @@ def test_verify_ends_in_findings_whatever_stands_there(full: Path, name: str) ->
     assert findings(full)
 
 
+@pytest.mark.parametrize(
+    "statement",
+    [
+        *(statement for statement, _ in ROWS.values()),
+        *UNLAWFUL.values(),
+        "UPDATE mesh SET distinct_patches = 127",
+        "UPDATE mesh SET pattern_limit = 1",
+        "UPDATE mesh SET patterns_left_out = 1",
+        "UPDATE mesh SET name = name || '.'",
+        "UPDATE occurrence SET mirrored_patches = patches",
+        "UPDATE pattern SET n_quads = n_quads + 1",
+    ],
+)
+def test_what_verify_finds_is_not_merged(statement: str, full: Path, tmp_path: Path) -> None:
+    change(full, "PRAGMA ignore_check_constraints = ON", statement)
+    with Database(full) as other, Database(tmp_path / "new.db", "create") as db:
+        empty = db.content_hash()
+        found = other.verify()
+        assert found
+        with pytest.raises(DatabaseError, match="--repair"):
+            db.merge(other)
+        assert db.content_hash() == empty
+        assert db.verify() == []
+
+
 def test_a_write_that_a_damaged_row_breaks_is_refused_and_changes_nothing(full: Path) -> None:
     change(full, "PRAGMA ignore_check_constraints = ON", "UPDATE pattern SET frequency = 0")
     before = full.read_bytes()
