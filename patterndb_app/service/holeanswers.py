@@ -19,10 +19,17 @@ from patterndb_app.service.refusals import LargeRequestError, MalformedRequestEr
 from patterndb_app.service.work import RequestWork
 from query.holes import HoleFill, MeshTopology, choose_hole, fill_holes, find_holes, weld_fills
 
+#: The most corners of a face, as in files.
+MOST_CORNERS = ReadLimits().max_arity
+
 Point = Annotated[list[Number], Meta(min_length=2, max_length=3, description="a point [x, y, z]")]
 Face = Annotated[
     list[Count],
-    Meta(min_length=3, max_length=64, description="a face, its 3 to 64 vertices from 0"),
+    Meta(
+        min_length=3,
+        max_length=MOST_CORNERS,
+        description=f"a face, its 3 to {MOST_CORNERS:,} vertices from 0",
+    ),
 ]
 
 #: Vertices or faces. Named here, for within a class that has an entry ``list`` that is no type.
