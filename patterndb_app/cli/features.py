@@ -19,6 +19,7 @@ from patterndb_app.cli.options import (
     FileName,
     FileToWrite,
     as_json,
+    may_overwrite,
     picture_path,
     read_model,
     require_viewer,
@@ -58,7 +59,7 @@ if TYPE_CHECKING:
             "--rounds",
             "--strict",
         ),
-        "Output": ("-o", "--picture", "--view", "--json"),
+        "Output": ("-o", "--picture", "--overwrite", "--view", "--json"),
     },
 )
 @click.argument("model", type=FileName())
@@ -112,7 +113,7 @@ if TYPE_CHECKING:
 @click.option("--strict", is_flag=True, help="Price steps across ribs as the paper does.")
 @click.option(
     "--session",
-    type=FileToWrite(),
+    type=FileToWrite(reads=True),
     metavar="FILE",
     help="A session to go on with, if it is there, and to keep the curves in.",
 )
@@ -128,6 +129,7 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Draw the model and the curves into a PNG, without a window.",
 )
+@may_overwrite
 @as_json
 def features(
     model: Path,

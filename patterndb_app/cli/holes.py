@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     ParamType,
     as_json,
     dbs_to_read,
+    may_overwrite,
     open_database,
     picture_path,
 )
@@ -122,7 +123,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     sections={
         "Which hole": ("--loop", "--faces", "--all", "--odd", "--batch"),
         "What fills it": ("--corners", "--flow", "--no-twin", "--surface", "--db"),
-        "What is given": ("--rank", "--limit", "--output", "--picture", "--json"),
+        "What is given": ("--rank", "--limit", "--output", "--picture", "--overwrite", "--json"),
     },
 )
 @click.argument("mesh", type=FileName(), required=False)
@@ -191,6 +192,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     help='Questions, one a line: {"mesh": "a.obj", "loop": [3, 17]}, or with "faces". One JSON '
     "document a line out.",
 )
+@may_overwrite
 @dbs_to_read
 @as_json
 def holes(

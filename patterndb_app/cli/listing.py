@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     as_json,
     dbs_to_read,
     max_irregular_option,
+    may_overwrite,
     open_database,
     provenance_options,
     valence_option,
@@ -171,12 +172,13 @@ def list_(limit: int, db: DatabaseChoice, as_json: bool, **choice: Any) -> int:
 @click.command(
     "export",
     cls=SectionedCommand,
-    sections={"Which patterns": (*CHOICE_OPTIONS, "--limit"), "How": ("--db",)},
+    sections={"Which patterns": (*CHOICE_OPTIONS, "--limit"), "How": ("--db", "--overwrite")},
 )
-@click.argument("output", metavar="OUTPUT", type=FileName())
+@click.argument("output", metavar="OUTPUT", type=FileName(reads=False, writes=True))
 @choice_options
 @click.option("--limit", type=click.IntRange(1), metavar="N", help="Write at most N.")
 @dbs_to_read
+@may_overwrite
 def export(output: Path, limit: int | None, db: DatabaseChoice, **choice: Any) -> int:
     """Write patterns of a database for other programs.
 

@@ -17,6 +17,7 @@ from patterndb_app.cli.options import (
     boundary_of,
     db_to_read,
     max_irregular_option,
+    may_overwrite,
     open_database,
     picture_path,
     valence_option,
@@ -61,6 +62,7 @@ flat_option = click.option(
     "-o", "--output", type=PICTURE, required=True, metavar="FILE", help="The picture, PNG or SVG."
 )
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
+@may_overwrite
 def show(
     pattern: str | None,
     sides: tuple[int, ...] | None,
@@ -134,7 +136,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
             "--valence",
             "--db",
         ),
-        "Sheet": ("-o", "--limit", "--per-page", "--plain"),
+        "Sheet": ("-o", "--overwrite", "--limit", "--per-page", "--plain"),
     },
 )
 @click.option(
@@ -172,6 +174,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     help="Draw at most N on a page.",
 )
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
+@may_overwrite
 def gallery(
     n_sides: int | None,
     sides: tuple[int, ...] | None,
@@ -310,6 +313,7 @@ def fill_sheet(
     help="Write one PNG instead of opening a window.",
 )
 @click.option("--keys", default="", help='Keys pressed first, with spaces: "n n ] Up".')
+@may_overwrite
 def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str) -> int:
     """Page through a database's patterns in a window; F1 lists commands and keys.
 

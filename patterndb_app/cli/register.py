@@ -11,7 +11,14 @@ import numpy as np
 
 from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.obj import write_faces
-from patterndb_app.cli.options import OBJ, FileName, as_json, picture_path, read_model
+from patterndb_app.cli.options import (
+    OBJ,
+    FileName,
+    as_json,
+    may_overwrite,
+    picture_path,
+    read_model,
+)
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 
@@ -76,6 +83,7 @@ tolerance_option = click.option(
     metavar="FILE",
     help="Draw the quads and their features into a PNG.",
 )
+@may_overwrite
 @as_json
 def register(
     model: Path,

@@ -19,6 +19,7 @@ from patterndb_app.cli.options import (
     ParamType,
     as_json,
     db_to_read,
+    may_overwrite,
     open_database,
     picture_path,
     require_viewer,
@@ -72,7 +73,7 @@ class CurveNames(ParamType):
     sections={
         "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance"),
         "Surface": ("--method", "--fair", "--alpha", "--any-chord", "--spacing", "--db"),
-        "Output": ("-o", "--picture", "--view", "--json"),
+        "Output": ("-o", "--picture", "--overwrite", "--view", "--json"),
     },
 )
 @click.argument("network", type=FileName())
@@ -140,6 +141,7 @@ class CurveNames(ParamType):
     help="A patch for this cycle, whatever else there is. May be repeated.",
 )
 @db_to_read
+@may_overwrite
 @as_json
 def surface(
     network: Path,
