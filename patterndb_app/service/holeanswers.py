@@ -17,7 +17,15 @@ from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import Count, Name, Positive, Seconds, read_body
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
 from patterndb_app.service.work import RequestWork
-from query.holes import HoleFill, MeshTopology, choose_hole, fill_holes, find_holes, weld_fills
+from query.holes import (
+    HoleFill,
+    MeshTopology,
+    choose_hole,
+    fill_holes,
+    find_holes,
+    list_mesh_flaws,
+    weld_fills,
+)
 
 #: The most corners of a face, as in files.
 MOST_CORNERS = ReadLimits().max_arity
@@ -101,8 +109,9 @@ def answer_holes(
     Raises InvalidMeshError and InvalidQueryError as :func:`query.holes.fill_holes` does.
     """
     topology = MeshTopology.of(mesh)
+    notes = list_mesh_flaws(topology)
     if asked.only_loops and asked.loop is None and asked.faces is None:
-        return {"holes": [hole.to_json() for hole in find_holes(topology)]}
+        return {"holes": [hole.to_json() for hole in find_holes(topology)], "notes": notes}
     hole = choose_hole(topology, loop=asked.loop, faces=asked.faces)
     if len(hole) > limits.perimeter:
         raise LargeRequestError(
@@ -121,7 +130,7 @@ def answer_holes(
         fills.append(fill)
         if work.stopped is not None:
             break
-    document: dict[str, Any] = {"holes": [found.to_json(fills)]}
+    document: dict[str, Any] = {"holes": [found.to_json(fills)], "notes": notes}
     if asked.weld is not None:
         if asked.weld > len(fills):
             raise InvalidMeshError(f"there is no fill {asked.weld}, only {len(fills)}")
