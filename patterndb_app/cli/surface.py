@@ -163,8 +163,8 @@ def surface(
 ) -> int:
     """Surface a network of curves in space: a patch for each of its cycles.
 
-    NETWORK is a JSON file, a stroke graph of the CASSIE data set, or a file of loops (.lop,
-    .sdm, .curves). Curves meet where they end or cross.
+    NETWORK is a JSON file, a stroke graph of the CASSIE data set, a file of loops (.lop, .sdm,
+    .curves), or an OBJ file with lines (l). Curves meet where they end or cross.
 
     \b
     {"curves": [{"id": "rim", "points": [[0,0,0],[1,0,0.2],[2,0,0]]}, ...],

@@ -139,7 +139,8 @@ def test_loops_close_whatever_faces_share_an_edge(data: st.DataObject) -> None:
     try:
         holes = find_holes(mesh)
     except InvalidMeshError as error:
-        assert "one-sided" in str(error) or "one side" in str(error)
+        crowded = "more than two faces" in str(error) and max(uses.values()) > 2
+        assert crowded or "one-sided" in str(error) or "one side" in str(error)
         return
     seen: list[frozenset[int]] = []
     for hole in holes:
