@@ -40,7 +40,14 @@ if TYPE_CHECKING:
     from query.boundaryfile import read_boundary
     from query.engine import best, fills
     from query.fill import Fill
-    from query.holes import HoleFill, HoleFills, fill_holes, find_holes, weld_fills
+    from query.holes import (
+        HoleFill,
+        HoleFills,
+        fill_holes,
+        find_holes,
+        list_mesh_flaws,
+        weld_fills,
+    )
     from query.listing.stream import Fills
     from query.placing import Placement, enclose_region, place
     from query.stroke import Stroke
@@ -76,6 +83,7 @@ __all__ = [
     "find_holes",
     "ingest",
     "learn_mesh",
+    "list_mesh_flaws",
     "open",
     "place",
     "read_boundary",
@@ -112,6 +120,7 @@ _HOMES = {
     "find_holes": "query.holes",
     "ingest": "ingest.pipeline",
     "learn_mesh": "ingest.pipeline",
+    "list_mesh_flaws": "query.holes",
     "place": "query.placing",
     "read_boundary": "query.boundaryfile",
     "read_mesh": "ingest.formats",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.trianglemesh import TriangleMesh
+from patterndb.geometry.triangulation import cut_faces
 from query.holes import HoleFill, weld_fills
 from viewer import style
 from viewer.camera import View, fit_view
@@ -205,7 +206,7 @@ class _Seen:
     @classmethod
     def of(cls, fills: Sequence[HoleFill]) -> _Seen:
         welded = weld_fills(fills)
-        triangles, face = welded.fans()
+        triangles, face = cut_faces(welded)
         mesh = TriangleMesh(welded.points, triangles)
         first = welded.n_faces - sum(fill.n_quads for fill in fills)
         own = mesh.corners[face >= first]
@@ -258,7 +259,7 @@ def _draw_mesh(
     mesh: PolygonMesh, marked: NDArray[np.bool_], tint: str, edge: str, view: View
 ) -> list[Triangles]:
     """Faces, the marked ones tinted, and their edges."""
-    triangles, face = mesh.fans()
+    triangles, face = cut_faces(mesh)
     skin = Skin.of(mesh.points[triangles], triangles)
     seen, bright = shade_model(skin, view, (0.0, 0.0), through=False)
     colours = np.where(

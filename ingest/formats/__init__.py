@@ -19,6 +19,7 @@ isolated, vtk and usd, whose files a library reads in a process of its own.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -29,8 +30,8 @@ from ingest.formats import obj, off, ply, usd, vtk
 from ingest.formats.files import DEFAULT_LIMITS, ReadLimits, load_file
 from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.errors import InvalidMeshError, UnsupportedFormatError
-from patterndb.system.files import replace_file
+from patterndb.errors import InvalidMeshError, MeshFileError, UnsupportedFormatError
+from patterndb.system.files import explain_compression, open_regular, replace_file
 
 __all__ = [
     "FORMATS",
@@ -64,7 +65,12 @@ def read_mesh(path: str | Path, *, limits: ReadLimits = DEFAULT_LIMITS) -> Polyg
 
     Example: ``quads, faces = read_mesh("penguin.obj").quads()``
     """
-    find_format(path).require()
+    try:
+        form = find_format(path)
+    except UnsupportedFormatError:
+        _refuse_by_content(path)
+        raise
+    form.require()
     return parse(load_file(path, limits), path, limits)
 
 
@@ -76,7 +82,13 @@ def parse(data: bytes, path: str | Path, limits: ReadLimits = DEFAULT_LIMITS) ->
 
     Raises what :func:`read_mesh` raises.
     """
-    return find_format(path).parse(data, path, limits)
+    format = find_format(path)
+    packed = explain_compression(data)
+    # A scene of USD in one file is a zip file.
+    is_scene = data.startswith(b"PK") and Path(path).suffix.lower() == ".usdz"
+    if packed is not None and not is_scene:
+        raise MeshFileError(packed, path=path)
+    return format.parse(data, path, limits)
 
 
 def write_mesh(
@@ -137,6 +149,16 @@ def find_format(path: str | Path) -> MeshFormat:
     raise UnsupportedFormatError(
         f"unknown mesh format {suffix or '(no suffix)'!r}; supported are {known}", path=path
     )
+
+
+def _refuse_by_content(path: str | Path) -> None:
+    """Refuse a folder and a compressed file as such, whose names tell no format."""
+    if Path(path).is_dir():
+        raise MeshFileError("this is a folder; name a mesh file in it", path=path)
+    with contextlib.suppress(OSError), open_regular(path) as file:
+        packed = explain_compression(file.read(16))
+        if packed is not None:
+            raise MeshFileError(packed, path=path)
 
 
 def list_format_names() -> str:

@@ -28,17 +28,18 @@ class ReadLimits:
     max_bytes: size of the file, in bytes. 512 MiB is some five million quads of OBJ text
         with texture coordinates; what is larger is a scan or a mistake, not made by hand.
     max_line_bytes: length of a line of text (continued lines joined), and of a PLY header,
-        in bytes. A face of 64 corners takes under 3 KiB; 1 MiB leaves room for any
-        free-form element, and stops a binary file that was named ``.obj``.
-    max_arity: corners of one face. Hand-made polygons have a handful, caps of cylinders
-        up to 64; beyond, a face count was most likely read from the wrong place.
+        in bytes. A face of 100,000 corners with texture coordinates and normals takes some
+        3 MiB; the limit stops a binary file that was named ``.obj``.
+    max_arity: corners of one face. Hand-made polygons have a handful, caps of cylinders a
+        hundred, outlines that a CAD program cut finely some thousands; beyond, a number of
+        corners was most likely read from the wrong place.
     max_library_seconds: time that VTK or USD may spend on a file. The largest file within
         max_bytes takes them some twenty seconds; damaged ones can keep them busy for ever.
     """
 
     max_bytes: int = 512 * MIB
-    max_line_bytes: int = MIB
-    max_arity: int = 64
+    max_line_bytes: int = 4 * MIB
+    max_arity: int = 100_000
     max_library_seconds: float = 60.0
 
 
@@ -81,7 +82,7 @@ def check_file(path: str | Path, limits: ReadLimits) -> None:
 
 def _check_status(status: os.stat_result, path: str | Path, limits: ReadLimits) -> None:
     if stat.S_ISDIR(status.st_mode):
-        raise MeshFileError("this is a directory; name a mesh file in it", path=path)
+        raise MeshFileError("this is a folder; name a mesh file in it", path=path)
     if not stat.S_ISREG(status.st_mode):
         raise MeshFileError(IRREGULAR, path=path)
     if status.st_size == 0:
@@ -100,6 +101,25 @@ def _unreadable(path: str | Path, error: Exception) -> MeshFileError:
 
 
 _MAX_POINTS = np.iinfo(np.int32).max
+
+
+def explain_arity(arity: int, limits: ReadLimits) -> str:
+    """Say why no face may have so many corners, and what to do."""
+    if arity < 3:
+        return f"has {arity} corners; 3 are the fewest: delete the face"
+    return (
+        f"has {arity:,} corners; {limits.max_arity:,} are the most: cut the face into smaller ones"
+    )
+
+
+def explain_index(corners: NDArray[np.integer], n_points: int) -> str:
+    """Say which vertices there are, where a face names another: (c,) corners of all faces."""
+    if n_points and len(corners) and corners.min() == 1 and corners.max() == n_points:
+        return (
+            f"but the vertices are 0 to {n_points - 1}; the faces of this file count from 1: "
+            "subtract 1 from each index"
+        )
+    return f"but the vertices are 0 to {n_points - 1}"
 
 
 def assemble(
@@ -132,9 +152,7 @@ def assemble(
     if wrong_arity.any():
         face = int(wrong_arity.argmax())
         raise MeshFileError(
-            f"face {face} (counted from 0) has {arities[face]} corners; "
-            f"3 to {limits.max_arity} are allowed",
-            path=path,
+            f"face {face} (counted from 0) {explain_arity(int(arities[face]), limits)}", path=path
         )
     offsets = np.concatenate(([0], np.cumsum(arities, dtype=np.int64)))
     if offsets[-1] != len(corners):
@@ -147,7 +165,7 @@ def assemble(
         face = int(np.searchsorted(offsets, corner, side="right")) - 1
         raise MeshFileError(
             f"face {face} (counted from 0) names vertex {corners[corner]}, "
-            f"but the vertices are 0 to {len(points) - 1}",
+            + explain_index(corners, len(points)),
             path=path,
         )
     return PolygonMesh(

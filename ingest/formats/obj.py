@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.formats import grammar
-from ingest.formats.files import MIB, ReadLimits, assemble
+from ingest.formats.files import MIB, ReadLimits, assemble, explain_arity
 from ingest.formats.grammar import BLANK, MAX_DIGITS, NUMBER, Fail, make_fail, to_number
 from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
@@ -32,12 +32,14 @@ CHUNK_BYTES = 2 * MIB
 # Statements over numbers: they may be continued over lines with a backslash.
 _SKIPPED_NUMERIC = frozenset(
     b"vt vn vp l p s mg lod bevel c_interp d_interp "
+    b"vw vc "  # no part of the specification: weights of joints, colours of vertices
     b"cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con "
     b"ctech stech res bsp bzp cdc cdp".split()
 )
 # Statements over names, in which a backslash is a character: a Windows path that ends in one
 # must not swallow the face on the next line.
-_SKIPPED_TEXT = frozenset(b"g o usemtl mtllib usemap maplib shadow_obj trace_obj".split())
+# Tags (t) are OpenSubdiv's: creases and corners.
+_SKIPPED_TEXT = frozenset(b"g o usemtl mtllib usemap maplib shadow_obj trace_obj t".split())
 
 
 def parse_obj(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
@@ -341,17 +343,11 @@ def _vertex(tokens: list[bytes], line: int, fail: Fail) -> list[float]:
 
 
 def _face(tokens: list[bytes], line: int, limits: ReadLimits, fail: Fail) -> list[int]:
-    if len(tokens) < 3:
+    if not 3 <= len(tokens) <= limits.max_arity:
         fail(
-            f"a face has at least 3 corners, this one has {len(tokens)}; delete it",
+            f"the face {explain_arity(len(tokens), limits)}",
             line=line,
-            token=b" ".join(tokens),
-        )
-    if len(tokens) > limits.max_arity:
-        fail(
-            f"a face of {len(tokens)} corners, over the limit of {limits.max_arity}; "
-            "split it, or raise ReadLimits.max_arity",
-            line=line,
+            token=b" ".join(tokens[:16]),
         )
     return [_corner(token, line, fail) for token in tokens]
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.formats import grammar
-from ingest.formats.files import ReadLimits, assemble
+from ingest.formats.files import ReadLimits, assemble, explain_arity, explain_index
 from ingest.formats.grammar import MAX_DIGITS, NUMBER, SHORT_NATURAL, Fail, make_fail, to_number
 from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
@@ -65,7 +65,7 @@ def parse_off(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
         corner = int(wrong.argmax())
         face = int(np.searchsorted(np.cumsum(arities), corner, side="right"))
         fail(
-            f"face {face} names vertex {corners[corner]}, but the file has {n_points} (from 0)",
+            f"face {face} names vertex {corners[corner]}, {explain_index(corners, n_points)}",
             line=int(rows.lines[first_face + face]) + 1,
             token=str(corners[corner]).encode(),
         )
@@ -248,11 +248,7 @@ def _read_faces(
         line, tokens = rows.take("face #", row, count)
         arity = _to_natural(tokens[0], fail, line, "the number of corners")
         if not 3 <= arity <= limits.max_arity:
-            fail(
-                f"face {row} has {arity} corners; 3 to {limits.max_arity} are allowed",
-                line=line,
-                token=tokens[0],
-            )
+            fail(f"face {row} {explain_arity(arity, limits)}", line=line, token=tokens[0])
         colour = tokens[1 + arity :]
         if len(tokens) < 1 + arity or len(colour) not in _COLOUR_LENGTHS:
             _fail_at_face(row, arity, line, tokens, fail)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.formats.files import ReadLimits, assemble
+from ingest.formats.files import ReadLimits, assemble, explain_index
 from ingest.formats.grammar import Fail, make_fail
 from ingest.formats.meshformat import MeshFormat
 from ingest.formats.plybody import BinaryBody, FaceRows, PlyBody, TextBody
@@ -121,7 +121,7 @@ def _check_range(faces: FaceRows, n_points: int, fail: Fail) -> None:
         line, where = faces.place(face)
         index = faces.corners[corner]
         fail(
-            f"{where} names vertex {index}, but the file has {n_points} (from 0)",
+            f"{where} names vertex {index}, {explain_index(faces.corners, n_points)}",
             line=line,
             token=str(index).encode(),
         )

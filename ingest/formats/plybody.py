@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.formats import grammar
-from ingest.formats.files import ReadLimits
+from ingest.formats.files import ReadLimits, explain_arity
 from ingest.formats.grammar import MAX_DIGITS, NUMBER, SHORT_NATURAL, Fail, to_number
 from ingest.formats.plyheader import Element, Header
 
@@ -113,7 +113,7 @@ class TextBody:
             arity = int(tokens[start])
             if not 3 <= arity <= self._limits.max_arity:
                 self._fail(
-                    f"face {row} has {arity} corners; 3 to {self._limits.max_arity} are allowed",
+                    f"face {row} {explain_arity(arity, self._limits)}",
                     line=line,
                     token=tokens[start],
                 )
@@ -303,8 +303,8 @@ class BinaryBody:
         if wrong.any():
             face = int(wrong.argmax())
             self._fail(
-                f"face {face} at byte {places[face]} has {arities[face]} corners; "
-                f"3 to {self._limits.max_arity} are allowed"
+                f"face {face} at byte {places[face]} "
+                + explain_arity(int(arities[face]), self._limits)
             )
 
     def _cut_short(self, element: Element, row: int) -> str:

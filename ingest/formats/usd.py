@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -30,10 +31,11 @@ def read_usd(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     Points are in world space, at the earliest time of an animation. Faces run counter-clockwise:
     those of a left-handed mesh are reversed, and so are those a mirroring transform turns over.
     The cage is read as it is, whatever subdivision scheme the prim asks for. Instances count
-    each; prims that are inactive or only defined as classes do not.
+    each; prims that are inactive or only defined as classes do not. Left out are faces that
+    holeIndices name, and prims that are guides or invisible, by themselves or by a prim above them.
 
     A file that composes others (sublayers, references, payloads) is refused: its content
-    would not tell which mesh it holds.
+    would not tell which mesh it holds. References within the file are followed.
 
     Raises MissingExtraError without usd-core; MeshFileError on whatever the library reports.
     """
@@ -84,7 +86,8 @@ def _meshes(path: str) -> list[_Part]:
     layer = sdf.Layer.OpenAsAnonymous(path)
     if layer is None:
         raise LibraryError("not a USD file")
-    others = sorted(layer.GetCompositionAssetDependencies())
+    # References within the file have an empty name.
+    others = sorted(filter(None, layer.GetCompositionAssetDependencies()))
     if others:
         raise LibraryError(
             f"the scene is composed of other files, such as {others[0]!r}; "
@@ -93,13 +96,31 @@ def _meshes(path: str) -> list[_Part]:
     stage = usd.Stage.Open(layer)
     broken = stage.GetCompositionErrors()
     if broken:
-        raise LibraryError(f"USD cannot compose the scene: {broken[0]}")
+        # The layer's own name is an address in memory.
+        reason = re.sub(r"@anon:[^@]*@", "", str(broken[0]))
+        raise LibraryError(f"USD cannot compose the scene: {reason}")
     time = usd.TimeCode.EarliestTime()
-    return [
-        _part(geom.Mesh(prim), time)
+    meshes = [
+        geom.Mesh(prim)
         for prim in stage.Traverse(usd.TraverseInstanceProxies())
         if prim.IsA(geom.Mesh)
     ]
+    shown = [mesh for mesh in meshes if _is_shown(mesh, time)]
+    if meshes and not shown:
+        raise LibraryError(
+            f"all meshes of the scene, such as {meshes[0].GetPath()}, are guides or invisible; "
+            "make those visible that are wanted"
+        )
+    return [_part(mesh, time) for mesh in shown]
+
+
+def _is_shown(mesh: Any, time: Any) -> bool:
+    """Is a mesh neither a guide nor invisible, by itself or by a prim above it?"""
+    geom = _pxr("UsdGeom")
+    return (
+        mesh.ComputePurpose() != geom.Tokens.guide
+        and mesh.ComputeVisibility(time) != geom.Tokens.invisible
+    )
 
 
 def _part(mesh: Any, time: Any) -> _Part:
@@ -121,6 +142,7 @@ def _part(mesh: Any, time: Any) -> _Part:
             f"{name}: faceVertexIndices[{at}] names point {corners[at]}, "
             f"but the points are 0 to {len(points) - 1}"
         )
+    corners, arities = _without_holes(mesh, corners, arities, time)
     # Row vectors: a point is multiplied from the left.
     matrix = np.array(geom.Xformable(mesh).ComputeLocalToWorldTransform(time))
     if not np.array_equal(matrix, np.eye(4)):
@@ -130,6 +152,23 @@ def _part(mesh: Any, time: Any) -> _Part:
     if mirrored != left_handed:
         corners = _reversed(corners, arities)
     return points, corners, arities
+
+
+def _without_holes(
+    mesh: Any, corners: NDArray[np.int64], arities: NDArray[np.int64], time: Any
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Corners and arities without the faces that the prim declares to be holes."""
+    holes = _integers(mesh.GetHoleIndicesAttr(), time)
+    wrong = (holes < 0) | (holes >= len(arities))
+    if wrong.any():
+        at = int(wrong.argmax())
+        raise LibraryError(
+            f"{mesh.GetPath()}: holeIndices[{at}] names face {holes[at]}, "
+            f"but the faces are 0 to {len(arities) - 1}"
+        )
+    kept = np.ones(len(arities), np.bool_)
+    kept[holes] = False
+    return corners[np.repeat(kept, arities)], arities[kept]
 
 
 def _integers(attribute: Any, time: Any) -> NDArray[np.int64]:

@@ -13,6 +13,7 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.trianglemesh import TriangleMesh
+from patterndb.geometry.triangulation import cut_faces
 
 #: A hit along the normal this many times as far as the nearest point is a graze: the line runs
 #: along the surface, and the nearest point is what is meant.
@@ -105,8 +106,8 @@ class Surface:
 
     @classmethod
     def from_polygons(cls, mesh: PolygonMesh) -> Surface:
-        """From a mesh of polygons, each cut into a fan from its first corner; see :meth:`of`."""
-        return cls.from_arrays(mesh.points, mesh.fans()[0])
+        """From a mesh of polygons, cut into triangles that cover each once; see :meth:`of`."""
+        return cls.from_arrays(mesh.points, cut_faces(mesh)[0])
 
     def part(self, chosen: NDArray[np.bool_]) -> Surface:
         """Some of its triangles, (t,) bool; vertices and their normals as they are."""

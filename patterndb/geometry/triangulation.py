@@ -1,7 +1,9 @@
-"""Any polygons -> triangles that do not depend on how the polygons were written down.
+"""Any polygons -> triangles, as they stand or whichever way they were written down.
 
-Points at the same place are one, points are sorted by place, triangles by their points: the
-order, the sense and the first corner of faces no longer matter, nor do split vertices.
+:func:`cut_faces` keeps the vertices and the sense of a mesh's faces. The other functions are for
+triangles that do not depend on how the polygons were written: points at the same place are one,
+points are sorted by place, triangles by their points, so that the order, the sense and the first
+corner of faces no longer matter, nor do split vertices.
 """
 
 # scipy has no types: what it returns is typed by the functions' own annotations.
@@ -17,7 +19,8 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.errors import InvalidMeshError
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.earclipping import clip_ears
 from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
@@ -26,8 +29,9 @@ from patterndb.system.kernels import kernel
 #: digits, computed ones fifteen.
 WELD = 1e-9
 
-#: The most corners of one face: its triangulation takes time with the cube (a second or two).
-MOST_CORNERS = 1_000
+#: The most corners of a face of which the least area is sought: time grows with the cube, and is
+#: a millisecond here. Faces of more corners are cut in their plane.
+MOST_EXACT = 128
 
 #: What an edge's squared length counts beside an area: among equal areas the shorter edges win.
 SHORTER = 1e-6
@@ -65,19 +69,19 @@ def triangulate_faces(
 
     points: (v, 3), welded and sorted; corners, offsets: faces as of a PolygonMesh. Of all ways
     to cut a face along its diagonals the one with the least area is taken: concave and warped
-    faces are covered once, which a fan from one corner does not do.
+    faces are covered once, which a fan from one corner does not do. Faces of more than MOST_EXACT
+    corners are cut in their plane (:mod:`patterndb.geometry.earclipping`).
 
     Source: the dynamic programme of Barequet and Sharir 1995, "Filling gaps in the boundary of
-    a polyhedron". Raises InvalidMeshError for a face of more than MOST_CORNERS corners.
+    a polyhedron".
     """
     arity = np.diff(offsets)
-    if len(arity) and arity.max() > MOST_CORNERS:
-        face = int(np.argmax(arity))
-        raise InvalidMeshError(
-            f"face {face} has {arity[face]} corners, the limit is {MOST_CORNERS}; "
-            "cut it into smaller faces"
-        )
-    pieces = _cut(points, corners.astype(np.int32), offsets.astype(np.int64))
+    corners, offsets = corners.astype(np.int32), offsets.astype(np.int64)
+    pieces = _cut(points, corners, offsets)
+    rows = _first_rows(arity)
+    for f in np.flatnonzero(arity > MOST_EXACT).tolist():
+        face = _write_once(corners[offsets[f] : offsets[f + 1]])
+        _clip(points, face, pieces[rows[f] : rows[f + 1]])
     sound = (
         (pieces[:, 0] != pieces[:, 1])
         & (pieces[:, 1] != pieces[:, 2])
@@ -85,6 +89,24 @@ def triangulate_faces(
     )
     dropped = int((~sound).sum() + (arity < 3).sum())
     return pieces[sound], dropped
+
+
+def cut_faces(mesh: PolygonMesh) -> tuple[Int32Array, NDArray[np.int64]]:
+    """Cut the faces of a mesh into triangles of its vertices, each in the sense of its face.
+
+    Triangles and quads become fans, other faces triangles that cover them once, concave ones too.
+    Returns ((t, 3) vertices, (t,) the faces that they are of, ascending).
+    """
+    triangles, face = mesh.fans()
+    arity = mesh.arities()
+    rows = _first_rows(arity)
+    chosen = np.flatnonzero((arity > 4) & (arity <= MOST_EXACT))
+    if len(chosen):
+        _cut_chosen(mesh.points, mesh.corners, mesh.offsets, rows, chosen, triangles)
+    for f in np.flatnonzero(arity > MOST_EXACT).tolist():
+        corners = mesh.corners[mesh.offsets[f] : mesh.offsets[f + 1]]
+        _clip(mesh.points, corners, triangles[rows[f] : rows[f + 1]])
+    return triangles, face
 
 
 def sort_triangles(triangles: Int32Array) -> tuple[Int32Array, int]:
@@ -96,9 +118,35 @@ def sort_triangles(triangles: Int32Array) -> tuple[Int32Array, int]:
     return np.ascontiguousarray(ascending[fresh]), int((~fresh).sum())
 
 
+def _first_rows(arity: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(f + 1,) the first triangle of every face, and how many there are."""
+    return np.r_[0, np.cumsum(np.maximum(arity - 2, 0))]
+
+
+def _clip(points: Points, face: Int32Array, result: Int32Array) -> None:
+    """Write the triangles (n - 2, 3) of one face (n,) of many corners."""
+    clip_ears(np.ascontiguousarray(points[face]), result)
+    result[:] = face[result]
+
+
+@kernel
+def _cut_chosen(
+    points: Points,
+    corners: Int32Array,
+    offsets: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    chosen: NDArray[np.int64],
+    triangles: Int32Array,
+) -> None:
+    """Write the triangles of some faces of a mesh."""
+    for f in chosen:
+        _cut_face(points, corners[offsets[f] : offsets[f + 1]], triangles[rows[f] : rows[f + 1]])
+
+
 @kernel
 def _cut(points: Points, corners: Int32Array, offsets: NDArray[np.int64]) -> Int32Array:
-    """(t, 3) the triangles of all faces, n - 2 of a face with n corners."""
+    """(t, 3) the triangles of all faces, n - 2 of a face with n corners; unwritten where these are
+    more than MOST_EXACT."""
     total = 0
     for f in range(len(offsets) - 1):
         total += max(offsets[f + 1] - offsets[f] - 2, 0)
@@ -108,42 +156,55 @@ def _cut(points: Points, corners: Int32Array, offsets: NDArray[np.int64]) -> Int
         n = offsets[f + 1] - offsets[f]
         if n < 3:
             continue
-        face = _written_once(corners[offsets[f] : offsets[f + 1]])
         if n == 3:
-            result[at] = face
-        else:
+            result[at] = _write_once(corners[offsets[f] : offsets[f + 1]])
+        elif n <= MOST_EXACT:
+            face = _write_once(corners[offsets[f] : offsets[f + 1]])
             _cut_face(points, face, result[at : at + n - 2])
         at += n - 2
     return result
 
 
 @kernel
-def _written_once(face: Int32Array) -> Int32Array:
+def _write_once(face: Int32Array) -> Int32Array:
     """The lexicographically first of all 2 n ways to write down a face."""
     n = len(face)
-    least = face.min()
-    start = -1
-    sense = 1
-    for s in range(n):
-        if face[s] != least:
-            continue
-        for way in (1, -1):
-            smaller = start < 0
-            for k in range(n):
-                if smaller:
-                    break
-                new = face[(s + way * k) % n]
-                old = face[(start + sense * k) % n]
-                if new != old:
-                    smaller = new < old
-                    break
-            if smaller:
-                start = s
-                sense = way
+    forward = face.copy()
+    backward = face[::-1].copy()
+    start = _find_first_rotation(forward)
+    other = _find_first_rotation(backward)
     result = np.empty(n, np.int32)
+    chosen = forward
     for k in range(n):
-        result[k] = face[(start + sense * k) % n]
+        one, two = forward[(start + k) % n], backward[(other + k) % n]
+        if one != two:
+            if two < one:
+                chosen, start = backward, other
+            break
+    for k in range(n):
+        result[k] = chosen[(start + k) % n]
     return result
+
+
+@kernel
+def _find_first_rotation(face: Int32Array) -> int:
+    """Where the lexicographically first rotation begins; in linear time: two candidates are
+    compared, and what the worse of them has in common with the better is skipped."""
+    n = len(face)
+    one, two, common = 0, 1, 0
+    while one < n and two < n and common < n:
+        a, b = face[(one + common) % n], face[(two + common) % n]
+        if a == b:
+            common += 1
+            continue
+        if a > b:
+            one += common + 1
+        else:
+            two += common + 1
+        if one == two:
+            two += 1
+        common = 0
+    return min(one, two)
 
 
 @kernel

@@ -30,7 +30,7 @@ from typing import Annotated, Any, NoReturn, TypeVar, cast, overload
 from msgspec import Meta, Struct, ValidationError, convert, inspect
 
 from patterndb.errors import PatternDBError
-from patterndb.system.files import open_regular
+from patterndb.system.files import explain_compression, open_regular
 
 T = TypeVar("T")
 
@@ -211,6 +211,9 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
     def constant(name: str) -> NoReturn:
         raise error(f"{name} is no number that JSON has; every number must be finite")
 
+    packed = explain_compression(data) if isinstance(data, bytes) else None
+    if packed is not None:
+        raise error(packed)
     if not data.strip():
         raise error(f"this is empty, and no JSON; it should hold {what}")
     try:

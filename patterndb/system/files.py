@@ -27,6 +27,15 @@ from patterndb.errors import PatternDBError
 #: What is said of pipes, sockets and devices: they could block, or never end.
 IRREGULAR = "not a regular file but a pipe, socket or device; write it to a file first"
 
+#: How files begin that a program has compressed, which program, and what unpacks them.
+_COMPRESSED = (
+    (b"\x1f\x8b", "gzip", "gunzip"),
+    (b"BZh", "bzip2", "bunzip2"),
+    (b"\xfd7zXZ\0", "xz", "unxz"),
+    (b"\x28\xb5\x2f\xfd", "zstd", "unzstd"),
+    (b"PK\x03\x04", "zip", "unzip"),
+)
+
 #: How the names of folders begin in which files are being written.
 UNFINISHED = ".patterndb-"
 
@@ -46,6 +55,14 @@ def may_name_file(name: str) -> bool:
         return b"\0" not in os.fsencode(name)
     except UnicodeEncodeError:
         return False
+
+
+def explain_compression(data: bytes) -> str | None:
+    """Say that the content of a file is compressed and what to do; None if it is not."""
+    for beginning, name, command in _COMPRESSED:
+        if data.startswith(beginning):
+            return f"the file is compressed ({name}); unpack it first, with {command}"
+    return None
 
 
 def open_regular(path: Path | str) -> BufferedReader:

@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     boundary_of,
     dbs_to_read,
     is_starter,
+    may_overwrite,
     open_database,
     picture_path,
 )
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     help="Write one PNG instead of opening a window.",
 )
 @click.option("--keys", default="", help='Keys pressed first, with spaces: "o Right".')
+@may_overwrite
 def explore(
     boundary: Path | None,
     surface: Path | None,

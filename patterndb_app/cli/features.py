@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     FileToWrite,
     MeshName,
     as_json,
+    may_overwrite,
     picture_path,
     read_model,
     require_viewer,
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
             "--rounds",
             "--strict",
         ),
-        "Output": ("-o", "--picture", "--view", "--json"),
+        "Output": ("-o", "--picture", "--overwrite", "--view", "--json"),
     },
 )
 @click.argument("model", type=MeshName())
@@ -114,7 +115,7 @@ if TYPE_CHECKING:
 @click.option("--strict", is_flag=True, help="Price steps across ribs as the paper does.")
 @click.option(
     "--session",
-    type=FileToWrite(),
+    type=FileToWrite(reads=True),
     metavar="FILE",
     help="A session to go on with, if it is there, and to keep the curves in.",
 )
@@ -130,6 +131,7 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Draw the model and the curves into a PNG, without a window.",
 )
+@may_overwrite
 @as_json
 def features(
     model: Path,

@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     MeshName,
     as_json,
     dbs_to_read,
+    may_overwrite,
     open_database,
     open_source,
     server_to_ask,
@@ -57,7 +58,7 @@ MOST_OF_SURFACE = 0.5
         "Which fills": ("--rank", *FILTER_OPTIONS),
         "Order": ORDER_OPTIONS,
         "Search": ("--db", "--server", *SEARCH_OPTIONS),
-        "Output": ("-o", "--json", "--record"),
+        "Output": ("-o", "--overwrite", "--json", "--record"),
     },
 )
 @click.argument("boundary", type=FileName())
@@ -93,6 +94,7 @@ MOST_OF_SURFACE = 0.5
 @click.option(
     "-o", "--output", type=OBJ, required=True, metavar="FILE", help="The placed fill, OBJ."
 )
+@may_overwrite
 @as_json
 def fill(
     boundary: Path,

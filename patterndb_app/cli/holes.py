@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -23,6 +24,7 @@ from patterndb_app.cli.options import (
     ParamType,
     as_json,
     dbs_to_read,
+    may_overwrite,
     open_database,
     picture_path,
     time_limit_option,
@@ -135,6 +137,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
             "--time-limit",
             "--output",
             "--picture",
+            "--overwrite",
             "--json",
         ),
     },
@@ -205,6 +208,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     help='Questions, one a line: {"mesh": "a.obj", "loop": [3, 17]}, or with "faces". One JSON '
     "document a line out.",
 )
+@may_overwrite
 @dbs_to_read
 @time_limit_option
 @as_json
@@ -271,16 +275,19 @@ def holes(
         )
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from ingest.formats import read_mesh
-    from query.holes import MeshTopology, find_holes
+    from query.holes import MeshTopology, find_holes, list_mesh_flaws
 
     topology = run_until_late(lambda: MeshTopology.of(read_mesh(mesh)), f"{mesh} was read")
+    notes = list_mesh_flaws(topology)
     named = loops or faces is not None or every
     if not (named or output or picture or limit or corners or flows or odd):
         found = run_until_late(lambda: find_holes(topology), "the holes were found")
         if as_json:
-            write_json({"mesh": str(mesh), "holes": [hole.to_json() for hole in found]})
-        else:
-            _list_holes(mesh, found)
+            document = {"mesh": str(mesh), "holes": [hole.to_json() for hole in found]}
+            write_json(document | {"notes": notes})
+        elif found:
+            _list_holes(found)
+        _say_flaws(mesh, notes)
         return 0 if found else EXIT_NOTHING
     writing = output is not None or picture is not None
     most = max(rank, limit or (rank if writing and not as_json else LISTED))
@@ -306,13 +313,14 @@ def holes(
     _write(fills, output, picture)
     if as_json:
         documents = [found.to_json(listed) for found, listed in answered]
-        write_json({"mesh": str(mesh), "holes": documents, "left": left})
+        write_json({"mesh": str(mesh), "holes": documents, "left": left, "notes": notes})
     elif not writing:
         for found, listed in answered:
             _list_fills(found, listed)
     if writing:
         for fill, (found, _) in zip(fills, answered, strict=True):
             _tell(fill, found)
+    _say_flaws(mesh, notes)
     for told in left:
         say(f"left open: {told}")
     for doing, path in (("written", output), ("drawn", picture)):
@@ -330,6 +338,7 @@ def _choose_holes(
 ) -> tuple[list[Hole], list[str]]:
     """The holes that are meant, made even where --odd tells how; and what --all leaves open."""
     from query.holes import choose_hole, find_holes, list_even_ways
+    from query.holes.loops import explain_closed
 
     if len(loops) > 1:
         # Two names of one hole are one hole.
@@ -349,7 +358,10 @@ def _choose_holes(
         return [_make_even(hole, odd) if odd and len(hole) % 2 else hole], []
     chosen: list[Hole] = []
     left: list[str] = []
-    for hole in find_holes(topology):
+    holes = find_holes(topology)
+    if not holes:
+        raise NotFoundError(explain_closed(topology))
+    for hole in holes:
         where = f"the hole of {plural(len(hole), 'edge')} at vertex {int(hole.loop[0])}"
         try:
             chosen.append(choose_hole(hole))
@@ -507,10 +519,12 @@ def _beside(batch: Path, name: str) -> Path:
     return near if near.exists() else Path(name)
 
 
-def _list_holes(mesh: Path, found: list[Hole]) -> None:
-    if not found:
-        say(f"{mesh} has no border; name faces to be made anew with --faces")
-        return
+def _say_flaws(mesh: Path, notes: Sequence[str]) -> None:
+    for note in notes:
+        say(f"{mesh}: {note}")
+
+
+def _list_holes(found: list[Hole]) -> None:
     rows = [
         (
             len(hole),

@@ -23,6 +23,7 @@ from patterndb_app.cli.options import (
     as_json,
     dbs_to_read,
     max_irregular_option,
+    may_overwrite,
     open_database,
     provenance_options,
     time_limit_option,
@@ -224,12 +225,16 @@ class PatternListing(Iterator[ListedPattern]):
 @click.command(
     "export",
     cls=SectionedCommand,
-    sections={"Which patterns": (*CHOICE_OPTIONS, "--limit"), "How": ("--db", "--time-limit")},
+    sections={
+        "Which patterns": (*CHOICE_OPTIONS, "--limit"),
+        "How": ("--db", "--overwrite", "--time-limit"),
+    },
 )
-@click.argument("output", metavar="OUTPUT", type=FileName())
+@click.argument("output", metavar="OUTPUT", type=FileName(reads=False, writes=True))
 @choice_options
 @click.option("--limit", type=Count(1), metavar="N", help="Write at most N.")
 @dbs_to_read
+@may_overwrite
 @time_limit_option
 def export(
     output: Path,

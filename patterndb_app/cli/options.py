@@ -9,7 +9,7 @@ import re
 from collections.abc import Generator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, cast, overload
 
 import click
 from click.shell_completion import CompletionItem
@@ -66,9 +66,16 @@ SHOWN_DIGITS = 24
 
 
 class FileName(ParamType):
-    """The name of a file or folder, which need not be there."""
+    """The name of a file or folder, which need not be there.
+
+    reads, writes: does the verb read what is there, and write it?
+    """
 
     name = "file"
+
+    def __init__(self, *, reads: bool = True, writes: bool = False) -> None:
+        self.reads = reads
+        self.writes = writes
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         if not str(value):
@@ -109,9 +116,15 @@ class MeshName(FileName):
 
 
 class FileToWrite(FileName):
-    """A file to write, with one of the suffixes; what, doing: the words of messages."""
+    """A file to write, with one of the suffixes.
 
-    def __init__(self, *suffixes: str, what: str = "file", doing: str = "write") -> None:
+    what, doing: the words of messages. reads: does the verb go on from it where it is there?
+    """
+
+    def __init__(
+        self, *suffixes: str, what: str = "file", doing: str = "write", reads: bool = False
+    ) -> None:
+        super().__init__(reads=reads, writes=True)
         self.suffixes = suffixes
         self.what = what
         self.doing = doing
@@ -128,6 +141,68 @@ class FileToWrite(FileName):
 
 
 OBJ = FileToWrite(".obj")
+
+
+def _refuse_inputs(ctx: click.Context, param: click.Parameter, value: bool) -> None:
+    """The callback of --overwrite: without it no file is written that is read.
+
+    click reads what is given before what is not, so that all names of files are known here.
+    """
+    ctx.meta[_MAY_OVERWRITE] = value
+    for reading in ctx.command.params:
+        for path in _list_files(ctx.params.get(reading.name or "")):
+            if getattr(reading.type, "reads", True):
+                refuse_input(path, f"the file of {_name_parameter(reading)}", of=reading)
+
+
+def refuse_input(path: Path, what: str, *, of: click.Parameter | None = None) -> None:
+    """Raise UsageError where the verb that runs would write onto a file that it reads.
+
+    Two names of one file, links and letters in another case, where the file system does not tell
+    them apart, are one file. what: the file, for the message. of: the parameter that names it.
+    """
+    ctx = click.get_current_context(silent=True)
+    if ctx is None or ctx.meta.get(_MAY_OVERWRITE, True) or not path.exists():
+        return
+    for writing in ctx.command.params:
+        if writing is of or not getattr(writing.type, "writes", False):
+            continue
+        for output in _list_files(ctx.params.get(writing.name or "")):
+            if output.exists() and output.samefile(path):
+                raise click.UsageError(
+                    f"{_name_parameter(writing)} {output} is {what}, {path}, which would be lost; "
+                    "name another file, or give --overwrite"
+                )
+
+
+def _name_parameter(param: click.Parameter) -> str:
+    """An option as it is written, an argument as the help shows it."""
+    return param.opts[0] if isinstance(param, click.Option) else param.human_readable_name
+
+
+#: The entry of the context's meta that keeps whether --overwrite is given.
+_MAY_OVERWRITE = "patterndb.may_overwrite"
+
+
+def _list_files(value: object) -> list[Path]:
+    """The files that the value of a parameter names."""
+    if isinstance(value, Path):
+        return [value]
+    if isinstance(value, DatabaseShare):
+        return _list_files(value.path)
+    if isinstance(value, tuple):
+        return [path for one in cast("tuple[object, ...]", value) for path in _list_files(one)]
+    return []
+
+
+#: For every verb that writes a file and reads another.
+may_overwrite = click.option(
+    "--overwrite",
+    is_flag=True,
+    expose_value=False,
+    callback=_refuse_inputs,
+    help="Let a file be written onto one that is read. Other files are replaced in any case.",
+)
 
 
 def is_text(name: str) -> bool:

@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     boundary_of,
     db_to_read,
     max_irregular_option,
+    may_overwrite,
     open_database,
     picture_path,
     time_limit_option,
@@ -73,6 +74,7 @@ flat_option = click.option(
 )
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
 @time_limit_option
+@may_overwrite
 def show(
     pattern: str | None,
     sides: tuple[int, ...] | None,
@@ -139,7 +141,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
             "--valence",
             "--db",
         ),
-        "Sheet": ("-o", "--limit", "--per-page", "--plain", "--time-limit"),
+        "Sheet": ("-o", "--overwrite", "--limit", "--per-page", "--plain", "--time-limit"),
     },
 )
 @click.option("--class", "n_sides", type=Count(), metavar="N", help="Patterns with N sides.")
@@ -176,6 +178,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
 )
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
 @time_limit_option
+@may_overwrite
 def gallery(
     n_sides: int | None,
     sides: tuple[int, ...] | None,
@@ -369,6 +372,7 @@ def make_listed_card(
     help="Write one PNG instead of opening a window.",
 )
 @click.option("--keys", default="", help='Keys pressed first, with spaces: "n n ] Up".')
+@may_overwrite
 def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str) -> int:
     """Page through a database's patterns in a window; F1 lists commands and keys.
 

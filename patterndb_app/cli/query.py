@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     as_json,
     boundary_of,
     dbs_to_read,
+    may_overwrite,
     open_source,
     picture_path,
     server_to_ask,
@@ -73,7 +74,7 @@ LONGEST_LINE = 32_000_000
         "Which fills": FILTER_OPTIONS,
         "Order and length": (*ORDER_OPTIONS, "--limit"),
         "Search": ("--db", "--server", *SEARCH_OPTIONS),
-        "Output": ("--json", "--obj", "--image"),
+        "Output": ("--json", "--obj", "--image", "--overwrite"),
     },
 )
 @click.option("--sides", type=Numbers(), help="Edges of every side, counter-clockwise.")
@@ -122,6 +123,7 @@ LONGEST_LINE = 32_000_000
     metavar="FILE",
     help="Draw the fills as one sheet, PNG or SVG; a batch's line 3 as FILE with -line-3.",
 )
+@may_overwrite
 def query(
     sides: tuple[int, ...] | None,
     closed: bool,

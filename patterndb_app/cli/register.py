@@ -17,6 +17,7 @@ from patterndb_app.cli.options import (
     FileName,
     MeshName,
     as_json,
+    may_overwrite,
     picture_path,
     read_model,
 )
@@ -84,6 +85,7 @@ tolerance_option = click.option(
     metavar="FILE",
     help="Draw the quads and their features into a PNG.",
 )
+@may_overwrite
 @as_json
 def register(
     model: Path,

@@ -19,8 +19,10 @@ from patterndb_app.cli.options import (
     MeshName,
     as_json,
     dbs_to_read,
+    may_overwrite,
     open_database,
     picture_path,
+    refuse_input,
     require_viewer,
 )
 from patterndb_app.cli.program import SectionedCommand
@@ -57,6 +59,7 @@ class RetopoCommand(SectionedCommand):
             "-o",
             "--record",
             "--picture",
+            "--overwrite",
             "--sides",
             "--view",
             "--exports-anywhere",
@@ -68,7 +71,7 @@ class RetopoCommand(SectionedCommand):
 @click.option("--script", type=FileName(), metavar="FILE", help="The script to play, JSON lines.")
 @click.option(
     "--session",
-    type=FileToWrite(".retopo"),
+    type=FileToWrite(".retopo", reads=True),
     metavar="FILE",
     help="Go on from this session if it is there, and save to it at the end; .retopo.",
 )
@@ -123,6 +126,7 @@ class RetopoCommand(SectionedCommand):
     help="Let the script write elsewhere than beside it and below; for scripts that you trust.",
 )
 @dbs_to_read
+@may_overwrite
 @as_json
 def retopo(
     surface: Path | None,
@@ -451,7 +455,9 @@ def _path(asked: RetopoRequest, script: Script | None) -> Path:
         return asked.surface
     assert script is not None
     assert asked.script is not None
-    return surface_path(script, asked.script)
+    path = surface_path(script, asked.script)
+    refuse_input(path, "the surface of the script")
+    return path
 
 
 def _ground(path: Path) -> Ground:

@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     ModeParam,
     Source,
     as_json,
+    may_overwrite,
     picture_path,
     read_model,
     require_viewer,
@@ -79,6 +80,7 @@ def shape_model() -> None:
 @rounds_option
 @tolerance_option
 @turn_option
+@may_overwrite
 @as_json
 def build(
     sources: tuple[tuple[Path, Path | None], ...],
@@ -279,6 +281,7 @@ def _add_edit_options(command: Any) -> Any:
                 metavar="TEMPLATE",
                 help="The template for --picture and --view, where its file has moved.",
             ),
+            may_overwrite,
             as_json,
         )
     ):

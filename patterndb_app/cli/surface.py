@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     ParamType,
     as_json,
     db_to_read,
+    may_overwrite,
     open_database,
     picture_path,
     require_viewer,
@@ -73,7 +74,7 @@ class CurveNames(ParamType):
     sections={
         "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance"),
         "Surface": ("--method", "--fair", "--alpha", "--any-chord", "--spacing", "--db"),
-        "Output": ("-o", "--picture", "--view", "--json"),
+        "Output": ("-o", "--picture", "--overwrite", "--view", "--json"),
     },
 )
 @click.argument("network", type=FileName())
@@ -141,6 +142,7 @@ class CurveNames(ParamType):
     help="A patch for this cycle, whatever else there is. May be repeated.",
 )
 @db_to_read
+@may_overwrite
 @as_json
 def surface(
     network: Path,
@@ -162,8 +164,8 @@ def surface(
 ) -> int:
     """Surface a network of curves in space: a patch for each of its cycles.
 
-    NETWORK is a JSON file, a stroke graph of the CASSIE data set, or a file of loops (.lop,
-    .sdm, .curves). Curves meet where they end or cross.
+    NETWORK is a JSON file, a stroke graph of the CASSIE data set, a file of loops (.lop, .sdm,
+    .curves), or an OBJ file with lines (l). Curves meet where they end or cross.
 
     \b
     {"curves": [{"id": "rim", "points": [[0,0,0],[1,0,0.2],[2,0,0]]}, ...],

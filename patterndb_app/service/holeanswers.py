@@ -17,12 +17,27 @@ from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import Count, Name, Positive, Seconds, read_body
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
 from patterndb_app.service.work import RequestWork
-from query.holes import HoleFill, MeshTopology, choose_hole, fill_holes, find_holes, weld_fills
+from query.holes import (
+    HoleFill,
+    MeshTopology,
+    choose_hole,
+    fill_holes,
+    find_holes,
+    list_mesh_flaws,
+    weld_fills,
+)
+
+#: The most corners of a face, as in files.
+MOST_CORNERS = ReadLimits().max_arity
 
 Point = Annotated[list[Number], Meta(min_length=2, max_length=3, description="a point [x, y, z]")]
 Face = Annotated[
     list[Count],
-    Meta(min_length=3, max_length=64, description="a face, its 3 to 64 vertices from 0"),
+    Meta(
+        min_length=3,
+        max_length=MOST_CORNERS,
+        description=f"a face, its 3 to {MOST_CORNERS:,} vertices from 0",
+    ),
 ]
 
 #: Vertices or faces. Named here, for within a class that has an entry ``list`` that is no type.
@@ -94,8 +109,9 @@ def answer_holes(
     Raises InvalidMeshError and InvalidQueryError as :func:`query.holes.fill_holes` does.
     """
     topology = MeshTopology.of(mesh)
+    notes = list_mesh_flaws(topology)
     if asked.only_loops and asked.loop is None and asked.faces is None:
-        return {"holes": [hole.to_json() for hole in find_holes(topology)]}
+        return {"holes": [hole.to_json() for hole in find_holes(topology)], "notes": notes}
     hole = choose_hole(topology, loop=asked.loop, faces=asked.faces)
     if len(hole) > limits.perimeter:
         raise LargeRequestError(
@@ -114,7 +130,7 @@ def answer_holes(
         fills.append(fill)
         if work.stopped is not None:
             break
-    document: dict[str, Any] = {"holes": [found.to_json(fills)]}
+    document: dict[str, Any] = {"holes": [found.to_json(fills)], "notes": notes}
     if asked.weld is not None:
         if asked.weld > len(fills):
             ended = "" if found.complete else f"; the search was not complete ({found.stopped})"

@@ -11,7 +11,6 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.geometry.trianglemesh import TriangleMesh
 from patterndb.geometry.triangulation import WELD, sort_triangles, triangulate_faces, weld
@@ -79,8 +78,7 @@ class Model:
     def from_polygons(cls, mesh: PolygonMesh) -> Model:
         """From faces of any arity, concave ones too.
 
-        Raises InvalidFeatureError for points that are not finite, for a face of more than
-        MOST_CORNERS corners, and if there is no triangle.
+        Raises InvalidFeatureError for points that are not finite, and if there is no triangle.
         """
         used = np.unique(mesh.corners)
         if not len(used):
@@ -93,10 +91,7 @@ class Model:
         points, place = weld(chosen, WELD * diagonal)
         name = np.zeros(len(mesh.points), np.int64)
         name[used] = place
-        try:
-            pieces, dropped = triangulate_faces(points, name[mesh.corners], mesh.offsets)
-        except InvalidMeshError as error:
-            raise InvalidFeatureError(str(error)) from None
+        pieces, dropped = triangulate_faces(points, name[mesh.corners], mesh.offsets)
         triangles, repeated = sort_triangles(pieces)
         if not len(triangles):
             raise InvalidFeatureError("the model has no triangle with three corners")

@@ -4,6 +4,7 @@ read_network tells by the content what a file is:
 
 - plain JSON, see :mod:`patterndb_sketch.surfacing.files.networkjson`;
 - a stroke graph of CASSIE, see :mod:`patterndb_sketch.surfacing.files.cassie`;
+- lines of a Wavefront OBJ file, see :mod:`patterndb_sketch.surfacing.files.objlines`;
 - polylines as drawn (.curves), see :mod:`patterndb_sketch.surfacing.files.plaintext`;
 - a loop of B-splines (.lop) or patches with quadratic boundaries (.sdm), see
   :mod:`patterndb_sketch.surfacing.files.plaintext`.
@@ -16,7 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from patterndb.system.documents import parse_json, read_limited
-from patterndb.system.files import replace_file
+from patterndb.system.files import explain_compression, replace_file
 from patterndb_sketch.surfacing.files.cassie import (
     RecordedPatch,
     is_stroke_graph,
@@ -24,6 +25,7 @@ from patterndb_sketch.surfacing.files.cassie import (
     stroke_graph_drawing,
 )
 from patterndb_sketch.surfacing.files.networkjson import drawing_of, network_document
+from patterndb_sketch.surfacing.files.objlines import is_obj, obj_drawing
 from patterndb_sketch.surfacing.files.plaintext import (
     NumberWords,
     loop_network,
@@ -60,6 +62,11 @@ def read_drawing(path: Path | str, tolerance: float | None = None) -> Drawing:
 
 def parse_drawing(data: bytes, tolerance: float | None = None) -> Drawing:
     """As :func:`read_drawing`, of a file's content; messages do not name a file."""
+    packed = explain_compression(data)
+    if packed is not None:
+        raise InvalidNetworkError(packed)
+    if is_obj(data):
+        return obj_drawing(data, tolerance)
     if not _is_text_of_numbers(data):
         document = parse_json(data, InvalidNetworkError, "a network")
         if not is_stroke_graph(document):

@@ -1,6 +1,7 @@
 """Holes of meshes: found, filled with quads vertex for vertex, and welded.
 
-Read :mod:`loops` (where a mesh is open), :mod:`surroundings` (what is known around a loop),
+Read :mod:`loops` (where a mesh is open), :mod:`coincidence` and :mod:`flaws` (what else is wrong
+with it), :mod:`surroundings` (what is known around a loop),
 :mod:`context` (farther out, and across), :mod:`corners` (how many quads each loop vertex will get),
 :mod:`patterns` (what holes reduce to, laid into the loop), :mod:`candidates` (those, and fills of
 the likely assignments), :mod:`shape` (placing and measuring one), :mod:`twin` (the mirror image of
@@ -8,6 +9,7 @@ a hole), :mod:`odd` (ways out where no quads fit), and :mod:`filling` (all of it
 """
 
 from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
+from query.holes.flaws import list_mesh_flaws
 from query.holes.loops import Hole, MeshTopology, find_holes, hole_of_faces, hole_of_loop
 from query.holes.odd import EvenWay, list_even_ways, make_loops_even
 
@@ -23,6 +25,7 @@ __all__ = [
     "hole_of_faces",
     "hole_of_loop",
     "list_even_ways",
+    "list_mesh_flaws",
     "make_loops_even",
     "weld_fills",
 ]

@@ -27,6 +27,7 @@ from query.holes.laying import HoleGround
 from query.holes.loops import (
     Hole,
     MeshTopology,
+    explain_closed,
     find_holes,
     find_islands,
     hole_of_faces,
@@ -326,7 +327,7 @@ def choose_hole(
     elif len(holes) == 1:
         (hole,) = holes
     elif not holes:
-        raise InvalidMeshError("the mesh is closed: it has no border loop; name faces to make anew")
+        raise InvalidMeshError(explain_closed(topology))
     else:
         sizes = ", ".join(f"{len(h)} edges at vertex {int(h.loop[0])}" for h in holes[:6])
         raise InvalidMeshError(

@@ -12,6 +12,14 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.system.kernels import kernel
+from query.holes.coincidence import find_coincident_edges
+
+#: A mesh with more border loops than this share of its faces is a soup, if more than this share of
+#: its border edges lie on others.
+SOUP = 0.5
+
+#: Edges of more than two faces that a message names.
+CROWDED_NAMED = 3
 
 #: Faces of a mesh that are no island may share a loop's plane by chance; only loops that lie within
 #: another, seen along its normal, and nearer to its plane than this part of its diameter, are told.
@@ -140,8 +148,11 @@ def find_holes(mesh: PolygonMesh | MeshTopology) -> list[Hole]:
     """List the border loops of a mesh, shortest number of edges first.
 
     A loop that runs through a vertex twice is one loop; an open mesh's outer rim is listed too:
-    which of the loops are holes only the user can know. Raises InvalidMeshError for a one-sided
-    mesh, and for a border that branches at an edge of more than two faces.
+    which of the loops are holes only the user can know. A border that ends at an edge of more than
+    two faces is no loop (:func:`query.holes.flaws.list_mesh_flaws` names such edges).
+
+    Raises InvalidMeshError for a one-sided mesh, where no border is a loop, and for a soup, whose
+    faces have vertices of their own.
     """
     topology = mesh if isinstance(mesh, MeshTopology) else MeshTopology.of(mesh)
     border = np.flatnonzero((topology.twin < 0) & ~topology.crowded)
@@ -155,8 +166,50 @@ def find_holes(mesh: PolygonMesh | MeshTopology) -> list[Hole]:
         if (edges < 0).any():
             continue  # it ends at an edge of more than two faces, as no loop
         holes.append(Hole(topology, topology.head[edges].copy(), edges, nothing))
+    if not holes and len(border):
+        raise InvalidMeshError(explain_crowded(topology))
+    if len(holes) > SOUP * topology.mesh.n_faces and len(holes) > 1:
+        _refuse_soup(topology, border)
     holes.sort(key=lambda hole: (len(hole), int(hole.loop.min())))
     return holes
+
+
+def _refuse_soup(topology: MeshTopology, border: NDArray[np.int64]) -> None:
+    """Raise InvalidMeshError where most border edges lie on others."""
+    points, tail, head = topology.mesh.points, topology.tail[border], topology.head[border]
+    partner, _ = find_coincident_edges(points, tail, head)
+    if (partner >= 0).mean() > SOUP:
+        raise InvalidMeshError(
+            f"the mesh is a soup: most of its {topology.mesh.n_faces:,} faces have vertices of "
+            "their own where they should share them, so that every face looks like an island; "
+            "merge the vertices that lie at one place first"
+        )
+
+
+def explain_crowded(topology: MeshTopology) -> str:
+    """Name the edges of more than two faces, by their vertices, and what follows from them."""
+    crowded = np.flatnonzero(topology.crowded)
+    ends = np.sort(np.stack([topology.tail[crowded], topology.head[crowded]], axis=1), axis=1)
+    edges, first, count = np.unique(ends, axis=0, return_index=True, return_counts=True)
+    named = "; ".join(
+        f"{a}-{b} ({n} faces, such as face {topology.face[crowded[k]]})"
+        for (a, b), k, n in zip(
+            edges[:CROWDED_NAMED].tolist(), first.tolist(), count.tolist(), strict=False
+        )
+    )
+    more = "; ..." if len(edges) > CROWDED_NAMED else ""
+    are = "edge has" if len(edges) == 1 else "edges have"
+    return (
+        f"{len(edges):,} {are} more than two faces, between vertices {named}{more}: a border that "
+        "ends there is no loop and cannot be filled; take the faces too many away, or part them"
+    )
+
+
+def explain_closed(topology: MeshTopology) -> str:
+    """Say why a mesh without a border has no hole."""
+    if topology.crowded.any():
+        return f"the mesh has no border; {explain_crowded(topology)}"
+    return "the mesh is closed: it has no border, and so no hole; name faces to be made anew"
 
 
 def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
@@ -174,6 +227,8 @@ def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
             "vertices, counted from 0"
         )
     loops = find_holes(topology)
+    if not loops:
+        raise InvalidMeshError(explain_closed(topology))
     found = [hole for hole in loops if named <= set(hole.loop.tolist())]
     whole = [hole for hole in found if len(hole) == len(named)]
     found = whole or found
@@ -185,6 +240,8 @@ def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
             else f"no border loop runs through all of vertices {sorted(named)[:8]}: they are on "
             "several; name each hole by itself"
         )
+        if inner and topology.crowded.any():
+            told += f"; {explain_crowded(topology)}"
         raise InvalidMeshError(told)
     if len(found) > 1:
         raise InvalidMeshError(

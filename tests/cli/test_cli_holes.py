@@ -234,7 +234,27 @@ def test_what_is_refused(
 
 def test_a_closed_mesh_has_no_holes() -> None:
     result = run("holes", CHECKOUT / "examples" / "dog.obj")
-    assert result.code == EXIT_NOTHING and "no border" in result.err
+    assert result.code == EXIT_NOTHING and "the mesh is closed" in result.err
+    every = run("holes", CHECKOUT / "examples" / "dog.obj", "--all")
+    assert every.code == EXIT_NOTHING and "the mesh is closed" in every.err
+
+
+def test_flaws_of_a_mesh_are_told_with_its_holes(learned: Path, tmp_path: Path) -> None:
+    head, path, output = read_mesh(HEAD), tmp_path / "turned.obj", tmp_path / "filled.obj"
+    faces = head.faces()
+    faces[7] = faces[7][::-1]
+    write_mesh(path, (head.points, faces))
+    words = "1 face is turned against the others of the same part, such as face 7"
+    listed = run("holes", path)
+    assert listed.code == 0 and words in listed.err and words not in listed.out
+    assert listed.out == run("holes", HEAD).out and "turned" not in run("holes", HEAD).err
+    assert words in run("holes", path, "--json").document()["notes"][0]
+    filled = run("holes", path, "--loop", NOSE, "-o", output, "--db", learned, "--json")
+    assert words in filled.err and words in filled.document()["notes"][0]
+    points = head.points[head.corners]
+    write_mesh(path, (points, [*zip(*[iter(range(len(points)))] * 4, strict=True)]))
+    for options in ((), ("--all",), ("--loop", "3")):
+        assert_refused(run("holes", path, *options), EXIT_BAD_INPUT, "the mesh is a soup")
 
 
 def test_another_program_reads_the_filled_mesh_as_the_same_quads(

@@ -38,7 +38,7 @@ def read(data: bytes) -> tuple[list[list[float]], list[list[int]]]:
     lines.reverse()
     while lines:
         line = lines.pop()
-        if len(line) > 2**20:
+        if len(line) > 2**22:
             raise RefusedError("long line")
         words = _words(line.split("#")[0])
         if "#" not in line and line.endswith("\\") and words[0] not in NAMES:
@@ -56,7 +56,7 @@ def read(data: bytes) -> tuple[list[list[float]], list[list[int]]]:
             points.append(numbers[:3])
         elif words[0] in ("f", "fo"):
             face = [_corner(word, len(points)) for word in words[1:]]
-            if not 3 <= len(face) <= 64:
+            if not 3 <= len(face) <= 100_000:
                 raise RefusedError("arity")
             faces.append(face)
         else:

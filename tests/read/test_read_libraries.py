@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from meshwriters import Soup, assert_is, patient, soups
 
 from ingest.formats import ReadLimits, parse, read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError, MissingExtraError
 
 # A file takes a quarter of a second, for the process it is read in.
@@ -99,7 +100,7 @@ REFUSED_VTK = [
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 5\n4 0 1 2 4\n", "names vertex 4"),
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 5\n4 0 1 2 -1\n", "names vertex -1"),
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 3\n2 0 1\n", "has 2 corners"),
-    (VTK_HEAD + VTK_POINTS + "POLYGONS 1 66\n65" + " 0" * 65 + "\n", "has 65 corners"),
+    (VTK_HEAD + VTK_POINTS + "POLYGONS 1 100002\n100001" + " 0" * 100_001, "has 100,001 corners"),
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 5\n4 0 1\n", "VTK cannot read"),
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 999999999999\n4 0 1 2 3\n", ":7: the file is too small"),
     (VTK_HEAD + VTK_POINTS.replace("4", "-4"), ":5: the file is too small"),
@@ -177,9 +178,68 @@ REFUSED_USD = [
     (USD_SQUARE.replace("}", ""), "USD cannot read the file"),
     (USD_SQUARE.replace("Mesh", "Xform"), "no faces"),
     ('def "a" (references = @b.usda@)\n{\n}\n', "composed of other files, such as 'b.usda'"),
-    ('def "a" (references = </nowhere>)\n{\n}\n', "compose"),
+    ('def "a" (references = </nowhere>)\n{\n}\n', "prim path </nowhere> introduced by </a>"),
+    (USD_SQUARE.replace("{\n", "{\nint[] holeIndices = [1]\n", 1), "holeIndices[0] names face 1"),
+    (USD_SQUARE.replace("{\n", "{\nint[] holeIndices = [-1]\n", 1), "holeIndices[0] names face -1"),
+    (
+        USD_SQUARE.replace("{\n", '{\nuniform token purpose = "guide"\n', 1),
+        "are guides or",
+    ),
+    (USD_SQUARE.replace("{\n", "{\nint[] holeIndices = [0]\n", 1), "no faces"),
     ("", "no faces"),
 ]
+
+
+def _usd_strip(*lines: str, name: str = "strip") -> str:
+    """A prim of two quads in a row."""
+    return "\n".join(
+        [
+            f'def Mesh "{name}"',
+            "{",
+            "int[] faceVertexCounts = [4, 4]",
+            "int[] faceVertexIndices = [0, 1, 4, 3, 1, 2, 5, 4]",
+            "point3f[] points = [(0,0,0), (1,0,0), (2,0,0), (0,1,0), (1,1,0), (2,1,0)]",
+            *lines,
+            "}",
+        ]
+    )
+
+
+def _read_usd(tmp_path: Path, text: str) -> PolygonMesh:
+    (tmp_path / "a.usda").write_text("#usda 1.0\n" + text)
+    return read_mesh(tmp_path / "a.usda")
+
+
+def test_usd_faces_that_are_declared_holes_are_left_out(tmp_path: Path) -> None:
+    mesh = _read_usd(tmp_path, _usd_strip("int[] holeIndices = [0, 0]"))
+    assert mesh.faces() == [[1, 2, 5, 4]] and len(mesh.points) == 6
+    # Read backwards, a left-handed mesh has the same holes; those of other prims are their own.
+    left = _usd_strip("int[] holeIndices = [1]", 'uniform token orientation = "leftHanded"')
+    mesh = _read_usd(tmp_path, left + "\n" + _usd_strip(name="other"))
+    assert mesh.faces() == [[0, 3, 4, 1], [6, 7, 10, 9], [7, 8, 11, 10]]
+
+
+@pytest.mark.parametrize(
+    "line", ['uniform token purpose = "guide"', 'token visibility = "invisible"']
+)
+@pytest.mark.parametrize("above", [False, True])
+def test_usd_guides_and_invisible_meshes_are_left_out(
+    tmp_path: Path, line: str, above: bool
+) -> None:
+    hidden = _usd_strip(name="hidden") if above else _usd_strip(line, name="hidden")
+    if above:
+        hidden = f'def Xform "above"\n{{\n{line}\ndef Scope "between"\n{{\n{hidden}\n}}\n}}'
+    mesh = _read_usd(tmp_path, hidden + "\n" + USD_SQUARE)
+    assert mesh.faces() == [[0, 1, 2, 3]] and len(mesh.points) == 4
+
+
+def test_usd_references_within_the_file_are_followed(tmp_path: Path) -> None:
+    shape = 'class "shape"\n{\n' + USD_SQUARE + "}\n"
+    uses = [f'def Xform "{name}" ({how} = </shape>)\n{{\n}}\n' for name, how in REFERENCES]
+    assert _read_usd(tmp_path, shape + "".join(uses)).n_faces == len(REFERENCES)
+
+
+REFERENCES = [("a", "references"), ("b", "prepend references"), ("c", "payload"), ("d", "inherits")]
 
 
 @pytest.mark.parametrize(("text", "part"), REFUSED_USD)

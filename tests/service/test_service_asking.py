@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any
 
+import httpx
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -223,8 +225,45 @@ def test_a_hole_is_filled_as_the_library_fills_it(starter: ServedHere, source: o
     expected = [fill.to_json() for fill in found]
     assert answer["holes"][0]["fills"] == expected
     assert len(answer["mesh"]["faces"]) == len(faces) + len(expected[0]["quads"])
-    closed = starter.http.post("/v1/holes", json={"mesh": mesh})
-    assert closed.status_code == 422 and "name a vertex" in closed.json()["error"]
+    unnamed = starter.http.post("/v1/holes", json={"mesh": mesh})
+    assert unnamed.status_code == 422 and "name a vertex" in unnamed.json()["error"]
+    assert answer["notes"] == []
+
+
+def test_flaws_of_a_mesh_come_with_its_holes_or_refuse_them(starter: ServedHere) -> None:
+    points = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    cube = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+
+    def ask(points: list[list[int]], faces: list[list[int]], **more: object) -> httpx.Response:
+        mesh = {"points": points, "faces": faces}
+        return starter.http.post("/v1/holes", json={"mesh": mesh, **more})
+
+    listed = ask(points, cube, list=True).json()
+    assert listed["holes"] == [] and "the mesh is closed" in listed["notes"][0]
+    closed = ask(points, cube)
+    assert closed.status_code == 422 and "the mesh is closed" in closed.json()["error"]
+    turned = ask(points, [*cube[1:4], cube[4][::-1]], list=True).json()
+    assert "1 face is turned" in turned["notes"][0] and turned["holes"]
+    fin = [[0, 0, 2], [0, 1, 2]]
+    crowded = ask([*points, *fin], [*cube, [1, 3, 9, 8]], list=True)
+    assert crowded.status_code == 422 and "1-3 (3 faces" in crowded.json()["error"]
+    corners = [points[v] for face in cube for v in face]
+    soup = ask(corners, [[*range(k, k + 4)] for k in range(0, 24, 4)], list=True)
+    assert soup.status_code == 422 and "the mesh is a soup" in soup.json()["error"]
+
+
+def test_a_mesh_in_a_body_may_have_a_large_face(starter: ServedHere) -> None:
+    n = 500
+    ring = [[math.cos(2 * math.pi * k / n), math.sin(2 * math.pi * k / n)] for k in range(n)]
+    points = [[x, y, z] for z in (0.0, 1.0) for x, y in ring]
+    sides = [[k, (k + 1) % n, (k + 1) % n + n, k + n] for k in range(n) if k > 1]
+    faces = [[*range(n)][::-1], [*range(n, 2 * n)], *sides]
+    asked: dict[str, Any] = {"mesh": {"points": points, "faces": faces}, "list": True}
+    (hole,) = starter.http.post("/v1/holes", json=asked).json()["holes"]
+    assert hole["edges"] == 6
+    asked["mesh"]["faces"][0] = [0] * 100_001
+    refused = starter.http.post("/v1/holes", json=asked)
+    assert refused.status_code == 400 and "100,000" in refused.json()["error"]
 
 
 def test_who_closes_a_stream_ends_the_search(starter: ServedHere) -> None:

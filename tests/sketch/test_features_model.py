@@ -15,7 +15,14 @@ from shared import MESHES, SHARED
 
 from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.triangulation import MOST_CORNERS, SHORTER, triangulate_faces, weld
+from patterndb.geometry.triangulation import (
+    MOST_EXACT,
+    SHORTER,
+    _write_once,
+    cut_faces,
+    triangulate_faces,
+    weld,
+)
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 
@@ -191,12 +198,91 @@ class TestTriangulating:
         assert len(model.triangles) == 3 and len(model.points) == 5
         assert model.diagonal == math.sqrt(5.0)
 
-    def test_a_face_may_be_large_but_not_endless(self) -> None:
-        turn = 2.0 * np.pi * np.arange(MOST_CORNERS + 1) / 300
-        points = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
-        assert len(Model.from_polygons(polygons([[*range(300)]], points)).triangles) == 298
-        with pytest.raises(InvalidFeatureError, match="1001 corners"):
-            Model.from_polygons(polygons([[*range(len(points))]], points))
+    @settings(max_examples=30)
+    @given(st.integers(0, 2**32), st.integers(MOST_EXACT + 1, 600), st.booleans())
+    def test_large_concave_faces_are_covered_once(self, seed: int, n: int, flip: bool) -> None:
+        rng = np.random.default_rng(seed)
+        turn = 2.0 * np.pi * (np.arange(n) + rng.uniform(0.0, 0.5, n)) / n
+        reach = rng.uniform(0.2, 1.0, n)
+        x, y = reach * np.cos(turn), reach * np.sin(turn)
+        axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        face = [*range(n)][:: -1 if flip else 1]
+        mesh = polygons([face], np.stack([x, y], axis=1) @ axes[:2])
+        triangles, _ = cut_faces(mesh)
+        corners = mesh.points[triangles]
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
+        area = 0.5 * abs((x * np.roll(y, -1) - y * np.roll(x, -1)).sum())
+        # Counter-clockwise all, as the face, so that areas without a sign add up to its own.
+        assert np.linalg.norm(areas, axis=1).sum() == pytest.approx(area, rel=1e-6)
+        assert np.linalg.norm(areas.sum(axis=0)) == pytest.approx(area, rel=1e-6)
+        assert sorted(map(sorted, edges_once(triangles))) == sorted(map(sorted, pairs_of(face)))
+        turned = polygons([np.roll(face[::-1], 7).tolist()], mesh.points)
+        one, two = Model.from_polygons(mesh), Model.from_polygons(turned)
+        assert (one.triangles == two.triangles).all() and (one.points == two.points).all()
+
+    def test_an_outline_with_a_bridge_to_its_hole_is_covered_once(self) -> None:
+        n = 400
+        turn = 2.0 * np.pi * np.arange(n) / n
+        ring = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+        points = np.concatenate([2.0 * ring, ring])
+        face = [*range(n), 0, n, *range(2 * n - 1, n - 1, -1)]
+        triangles, _ = cut_faces(polygons([face], points))
+        corners = points[triangles]
+        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2.0
+        assert areas.min() > -1e-12
+        assert areas.sum() == pytest.approx(1.5 * n * math.sin(2.0 * math.pi / n), rel=1e-9)
+
+    def test_no_number_of_corners_is_too_large(self) -> None:
+        n = 100_000
+        turn = 2.0 * np.pi * np.arange(n) / n
+        gear = 1.0 + 0.01 * (np.arange(n) // 2 % 2)
+        points = np.stack([gear * np.cos(turn), gear * np.sin(turn), 0.0 * turn], axis=1)
+        triangles, face = cut_faces(polygons([[*range(n)]], points))
+        assert len(triangles) == n - 2 and not face.any()
+        # No corner gathers a part of all triangles, as that of a fan does.
+        assert np.bincount(triangles.ravel()).max() < 100
+
+    def test_a_face_without_a_plane_or_that_crosses_itself_is_cut(self) -> None:
+        n = 1000
+        rng = np.random.default_rng(1)
+        for points in (
+            rng.normal(size=(n, 3)),
+            np.zeros((n, 3)),
+            np.outer(np.arange(n), [1, 2, 3]),
+        ):
+            triangles, _ = cut_faces(polygons([[*range(n)]], points))
+            assert sorted(map(sorted, edges_once(triangles))) == sorted(
+                map(sorted, pairs_of([*range(n)]))
+            )
+
+    def test_small_concave_faces_keep_their_sense_and_are_covered_once(self) -> None:
+        points = np.array([[0.0, 0, 0], [4, 0, 0], [4, 4, 0], [3, 1, 0], [0, 1, 0]])
+        for turn in range(5):
+            face = np.roll(np.arange(5), turn).tolist()
+            corners = points[cut_faces(polygons([face, face[::-1]], points))[0]]
+            areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2
+            assert (areas[:3] > 0).all() and (areas[3:] < 0).all()
+            assert areas[:3].sum() == -areas[3:].sum() == pytest.approx(5.5)
+
+    @given(st.lists(st.integers(0, 3), min_size=1, max_size=12))
+    def test_the_way_to_write_a_face_is_the_first_of_all(self, face: list[int]) -> None:
+        n = len(face)
+        ways = [np.roll(one, k).tolist() for one in (face, face[::-1]) for k in range(n)]
+        assert _write_once(np.array(face, np.int32)).tolist() == min(ways)
+
+
+def pairs_of(face: list[int]) -> list[tuple[int, int]]:
+    """The edges of a face."""
+    return [*zip(face, [*face[1:], face[0]], strict=True)]
+
+
+def edges_once(triangles: np.ndarray) -> list[tuple[int, int]]:
+    """The edges that an odd number of triangles have."""
+    found: set[tuple[int, int]] = set()
+    for triangle in triangles.tolist():
+        for a, b in pairs_of(triangle):
+            found ^= {(min(a, b), max(a, b))}
+    return [*found]
 
 
 def hit_by(corners: np.ndarray, origin: np.ndarray, way: np.ndarray) -> list[tuple[float, int]]:

@@ -143,7 +143,7 @@ class Ground:
 
     @classmethod
     def of_polygons(cls, mesh: PolygonMesh) -> Ground:
-        """From a mesh of polygons, each cut into a fan from its first corner; see :meth:`of`."""
+        """From a mesh of polygons, cut into triangles that cover each once; see :meth:`of`."""
         surface = Surface.from_polygons(mesh)
         return cls.of(surface.vertices, surface.triangles)
 
