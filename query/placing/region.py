@@ -44,6 +44,7 @@ class Region:
     around:  (t,) float64, for triangles of ``surface`` that the boundary crosses: where around
              it, in boundary edges from vertex 0; NaN for the others.
     separates: does the boundary separate the surface?
+    follows: does it run along the surface all around?
     chosen:  (w,) bool, which triangles of the whole surface these are.
     """
 
@@ -51,6 +52,7 @@ class Region:
     share: float
     around: NDArray[np.float64]
     separates: bool
+    follows: bool
     chosen: NDArray[np.bool_]
 
     @property
@@ -68,16 +70,18 @@ def enclose_region(surface: Surface, points: Points) -> Region:
     than to the one that they run along, they are taken to it by the way that it faces, or
     replaced by short paths along it.
     """
+    follows = False
     for around, left in _list_crossings(surface, points):
+        follows = True
         inside, separates = flood_left(
             surface.beside, ~np.isnan(around), surface.vertices, surface.triangles, left
         )
         if separates:
             share = float(surface.areas[inside].sum() / surface.areas.sum())
-            return Region(surface.part(inside), share, around[inside], True, inside)
+            return Region(surface.part(inside), share, around[inside], True, True, inside)
     # One piece on both sides: the boundary goes round a handle, or off the surface.
     n = len(surface.triangles)
-    return Region(surface, 1.0, np.full(n, np.nan), False, np.ones(n, np.bool_))
+    return Region(surface, 1.0, np.full(n, np.nan), False, follows, np.ones(n, np.bool_))
 
 
 @kernel
@@ -137,6 +141,92 @@ def _root(root: NDArray[np.int64], f: int) -> int:
         root[f] = root[root[f]]
         f = root[f]
     return f
+
+
+def measure_left(points: Points, normals: Points, at: Points, up: Points) -> float:
+    """How far a point (3,) is to the left of the nearest segment of a closed polygon (n, 3), of
+    those whose normals agree with its own; below 0 to the right, and if none do."""
+    ends, ups = np.roll(points, -1, axis=0), np.roll(normals, -1, axis=0)
+    agreeing = np.flatnonzero((normals + ups) @ up > 0.0)
+    if len(agreeing) == 0:
+        return -np.inf
+    along = ends - points
+    size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
+    share = np.clip(((at - points) * along).sum(axis=1) / size, 0.0, 1.0)
+    nearest = points + share[:, None] * along
+    distance = np.linalg.norm(at - nearest, axis=1)
+    k = agreeing[distance[agreeing].argmin()]
+    lefts = units(np.cross(normals + ups, along))
+    left = lefts[k]
+    if share[k] in (0.0, 1.0):
+        # At a vertex: left of both its segments together, whichever way the polygon turns there.
+        left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
+    return float((at - nearest[k]) @ units(left[None])[0])
+
+
+#: What is no further from a boundary than this part of the surface's diagonal is on it.
+ON_BOUNDARY = 1e-6
+
+
+def find_void(
+    region: Region, surface: Surface, border: Int32Array, points: Points
+) -> Points | None:
+    """A place (3,) on a border of the surface that lies within a region, as that of a hole in the
+    surface does; None if there is none.
+
+    surface: the whole. border: (b,) its sides 3 f + e that no other triangle has. points: (P, 3)
+    the boundary. A border that the boundary runs along, or touches, is not within.
+    """
+    if not region.chosen[border // 3].any():
+        return None
+    tail = surface.triangles.ravel()[border]
+    head = np.roll(surface.triangles, -1, axis=1).ravel()[border]
+    loop = _pieces(np.stack([tail, head], axis=1), len(surface.vertices))[tail]
+    on = ON_BOUNDARY * surface.diagonal
+    around = np.full(len(surface.triangles), np.nan)
+    around[region.chosen] = region.around
+    for name in np.unique(loop[region.chosen[border // 3]]):
+        own = loop == name
+        corners = surface.vertices[tail[own]]
+        # Two sides are a slit of which nothing is open; a row that does not close is a fin's.
+        if len(corners) < 3 or not np.array_equal(np.sort(tail[own]), np.sort(head[own])):
+            continue
+        if not region.chosen[border[own] // 3].all():
+            continue
+        if _measure_apart(points, corners, surface.vertices[head[own]]).min() <= on:
+            continue
+        away = _measure_apart(corners, points, np.roll(points, -1, axis=0))
+        farthest = int(away.argmax())
+        crossed = not np.isnan(around[border[own][farthest] // 3])
+        if away[farthest] <= on or (crossed and not _is_left(surface, points, corners[farthest])):
+            continue
+        return corners[farthest]
+    return None
+
+
+def list_border_sides(surface: Surface) -> Int32Array:
+    """(b,) the sides 3 f + e of triangles that no other triangle has."""
+    _, first, uses = np.unique(
+        edge_keys(surface.triangles), return_index=True, return_counts=True
+    )
+    return first[uses == 1].astype(np.int32)
+
+
+def _measure_apart(points: Points, start: Points, end: Points) -> NDArray[np.float64]:
+    """(n,) the distance of each of (n, 3) points from the nearest segment, (k, 3) to (k, 3)."""
+    least = np.full(len(points), np.inf)
+    for a, b in zip(start, end, strict=True):
+        along = b - a
+        size = max(float(along @ along), np.finfo(np.float64).tiny)
+        share = np.clip((points - a) @ along / size, 0.0, 1.0)
+        least = np.minimum(least, np.linalg.norm(points - a - share[:, None] * along, axis=1))
+    return least
+
+
+def _is_left(surface: Surface, points: Points, at: Points) -> bool:
+    """Is a point (3,) of the surface to the left of a boundary (P, 3)?"""
+    normals, up = surface.nearest(points).normals, surface.nearest(at[None]).normals[0]
+    return measure_left(points, normals, at, up) > 0.0
 
 
 def is_curved(region: Region, points: Points) -> bool:
@@ -241,8 +331,8 @@ def _cross_below(
     return around, left
 
 
-#: A path from middle to middle of triangles goes to and fro: up to this many times the length of the
-#: boundary's edge, and the size of the triangles at its ends, it is no detour.
+#: A path from middle to middle of triangles goes to and fro: up to this many times the length of
+#: the boundary's edge, and the size of the triangles at its ends, it is no detour.
 STRAIGHT = 2.0
 
 #: ... and a longer one than this many times is none: the ends are on two parts of the surface.
@@ -250,7 +340,7 @@ LONGEST = 4.0
 
 
 def _find_paths(surface: Surface, points: Points) -> list[Feet] | None:
-    """Short paths along the surface between the vertices (P, 3) of a boundary, triangle by triangle.
+    """Short paths along the surface between the vertices (P, 3) of a boundary, by triangles.
 
     A vertex is taken to be on the nearest triangle, or on the nearest of those that face the other
     way where the paths to its neighbours would be detours. None if there is no way around.
