@@ -17,10 +17,17 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import NO_AREA
 from patterndb.geometry.surface import Feet, Surface, edge_keys
 from patterndb.system.kernels import kernel
+
+#: Shares of a surface's diagonal: a boundary that is to lie on it has its nearest vertex no further
+#: off than FAR, and its farthest no further than FARTHEST. Boundaries drawn coarsely are off by
+#: some hundredths.
+FAR = 0.1
+FARTHEST = 1.0
 
 #: Samples along a boundary edge, at first; pairs too far apart are halved again.
 SAMPLES = 8
@@ -69,7 +76,12 @@ def enclose_region(surface: Surface, points: Points) -> Region:
     straight edges come nearer to another part of the surface, such as the lining of a thin wall,
     than to the one that they run along, they are taken to it by the way that it faces, or
     replaced by short paths along it.
+
+    Raises InvalidBoundaryError for a boundary that is nowhere near the surface, or in another unit.
     """
+    why = surface.mesh.explain_distance(points, "surface", FAR, FARTHEST)
+    if why is not None:
+        raise InvalidBoundaryError(f"the boundary does not lie on the surface: {why}")
     follows = False
     for around, left in _list_crossings(surface, points):
         follows = True
@@ -206,9 +218,7 @@ def find_void(
 
 def list_border_sides(surface: Surface) -> Int32Array:
     """(b,) the sides 3 f + e of triangles that no other triangle has."""
-    _, first, uses = np.unique(
-        edge_keys(surface.triangles), return_index=True, return_counts=True
-    )
+    _, first, uses = np.unique(edge_keys(surface.triangles), return_index=True, return_counts=True)
     return first[uses == 1].astype(np.int32)
 
 
