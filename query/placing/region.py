@@ -51,7 +51,6 @@ class Region:
     around:  (t,) float64, for triangles of ``surface`` that the boundary crosses: where around
              it, in boundary edges from vertex 0; NaN for the others.
     separates: does the boundary separate the surface?
-    follows: does it run along the surface all around?
     chosen:  (w,) bool, which triangles of the whole surface these are.
     """
 
@@ -59,7 +58,6 @@ class Region:
     share: float
     around: NDArray[np.float64]
     separates: bool
-    follows: bool
     chosen: NDArray[np.bool_]
 
     @property
@@ -82,18 +80,16 @@ def enclose_region(surface: Surface, points: Points) -> Region:
     why = surface.mesh.explain_distance(points, "surface", FAR, FARTHEST)
     if why is not None:
         raise InvalidBoundaryError(f"the boundary does not lie on the surface: {why}")
-    follows = False
     for around, left in _list_crossings(surface, points):
-        follows = True
         inside, separates = flood_left(
             surface.beside, ~np.isnan(around), surface.vertices, surface.triangles, left
         )
         if separates:
             share = float(surface.areas[inside].sum() / surface.areas.sum())
-            return Region(surface.part(inside), share, around[inside], True, True, inside)
+            return Region(surface.part(inside), share, around[inside], True, inside)
     # One piece on both sides: the boundary goes round a handle, or off the surface.
     n = len(surface.triangles)
-    return Region(surface, 1.0, np.full(n, np.nan), False, follows, np.ones(n, np.bool_))
+    return Region(surface, 1.0, np.full(n, np.nan), False, np.ones(n, np.bool_))
 
 
 @kernel

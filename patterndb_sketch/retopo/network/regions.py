@@ -13,6 +13,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.flooding import CLEAR, flood_triangles, make_wall
 from patterndb_sketch.retopo.wording import format_place
 from query.placing import Region, enclose_region
 from query.placing.region import find_void
@@ -31,10 +32,11 @@ def explain_no_disk(ground: Ground, points: Points) -> str | None:
 def explain_region(ground: Ground, region: Region, points: Points) -> str | None:
     """As :func:`explain_no_disk`, of the region that was found by the points.
 
-    None, too, where these leave the ground, so that nothing can be told.
+    None, too, where these leave the ground, or come nearer to each other than its triangles are
+    large, so that nothing can be told.
     """
     if not region.separates:
-        if not region.follows:
+        if not _is_one_piece(ground, points):
             return None
         return (
             f"the loop around it at {format_place(points[0])} parts no piece from the surface, but "
@@ -56,6 +58,24 @@ def explain_region(ground: Ground, region: Region, points: Points) -> str | None
             f"{format_place(points[0])}; lead a curve through it"
         )
     return None
+
+
+#: Of the triangles beside a loop that are reached from its left, those on its right are as many, up
+#: to this many times fewer or more, where it parts nothing.
+ALIKE = 3
+
+
+def _is_one_piece(ground: Ground, points: Points) -> bool:
+    """Is what lies on the left of a loop (n, 3) certainly one piece with what lies on its right?"""
+    wall = make_wall(ground, [(points, True)])
+    _, side = wall.side_of(ground, wall.beside)
+    if wall.gaps or not (side > CLEAR).any():
+        return False
+    found = flood_triangles(ground, wall.crossed, wall.beside[side > CLEAR], np.inf)
+    assert found is not None
+    reached = np.isin(wall.beside, found[0])
+    left, right = int((side[reached] > CLEAR).sum()), int((side[reached] < -CLEAR).sum())
+    return max(left, right) <= ALIKE * min(left, right)
 
 
 def _count_least_euler(ground: Ground, inside: NDArray[np.bool_]) -> int:
