@@ -6,6 +6,7 @@ their own terms; how it is found stands here, and in the kernels that this calls
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,6 +17,9 @@ from patterndb.geometry.casting import all_hits, first_ahead, first_along, first
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.proximity import nearest, nearest_facing, within_box
 from patterndb.geometry.tree import build
+
+#: What is drawn within less than this part of a mesh's diagonal is in one place.
+ONE_PLACE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +71,32 @@ class TriangleMesh:
     def find_nearest(self, points: Points) -> tuple[Int32Array, Points]:
         """Find the places nearest to (n, 3) points."""
         return nearest(*self.tree, np.ascontiguousarray(points))
+
+    def explain_distance(
+        self, points: Points, what: str, reach: float, most: float = math.inf
+    ) -> str | None:
+        """Why points (n, 3) that are to lie on the mesh are in another unit, or elsewhere, as a
+        sentence's part; None if they are near it.
+
+        what: the mesh is called. reach: how far off the nearest point may be, and most: the
+        farthest, as shares of the mesh's diagonal. Nor may the nearest be farther off than the
+        points are apart: in metres, what is drawn on a mesh in millimetres is in one place.
+        """
+        off = np.linalg.norm(self.interpolate_points(*self.find_nearest(points)) - points, axis=1)
+        size = self.diagonal
+        extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        mend = f"is it in another unit, or was the {what} turned or moved?"
+        if off.min() > min(reach * size, max(extent, ONE_PLACE * size)):
+            return (
+                f"none of its points is near the {what}: the nearest is {off.min():.4g} off, "
+                f"{off.min() / size:.3g} times the diagonal of the {what}; {mend}"
+            )
+        if off.max() > most * size:
+            return (
+                f"not all of its points are near the {what}: the farthest is {off.max():.4g} off, "
+                f"{off.max() / size:.3g} times the diagonal of the {what}; {mend}"
+            )
+        return None
 
     def find_nearest_facing(self, points: Points, normals: Points) -> tuple[Int32Array, Points]:
         """Find the nearest places on triangles that face as (n, 3) normals do; triangle -1 where

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from patterndb.errors import NotFoundError
+from patterndb.errors import InvalidBoundaryError, NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import limit_time, run_until_late
 from patterndb_app.cli.options import (
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from patterndb_app.client.remote import RemoteFills
     from query import Fill, Fills
-    from query.placing import Placement
+    from query.placing import Placement, Region
 
 #: A boundary that encloses more of its surface than this may well run the wrong way round.
 MOST_OF_SURFACE = 0.5
@@ -136,17 +136,25 @@ def fill(
     chosen_fills = search_arguments(search, server)
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from query.boundaryfile import read_boundary, read_strokes
-    from query.placing import Surface, place
+    from query.placing import Surface, enclose_region, place
+    from query.placing.region import find_void, list_border_sides
 
     asked, drawn = read_boundary(boundary)
     assert asked.points is not None
     if strokes is not None:
         drawn += read_strokes(strokes, asked)
-    ground: Surface | None = None
+    region: Region | None = None
+    void: NDArray[np.float64] | None = None
     if surface is not None:
         from ingest.formats import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
+        # Before the search: a boundary that is nowhere near its surface is refused.
+        try:
+            region = enclose_region(ground, asked.points)
+        except InvalidBoundaryError as error:
+            raise InvalidBoundaryError(f"{boundary}, on {surface}: {error}") from error
+        void = find_void(region, ground, list_border_sides(ground), asked.points)
     options: dict[str, Any] = {"limit": rank, "strokes": drawn, **chosen_fills}
     tolerance = options["tolerance"]
     see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"
@@ -169,7 +177,7 @@ def fill(
                 f"{describe_stop(found)}{hint}; {see}"
             )
         placement = run_until_late(
-            partial(place, chosen.fill, asked.points, ground, drawn, tolerance=tolerance),
+            partial(place, chosen.fill, asked.points, region, drawn, tolerance=tolerance),
             "the fill was placed",
         )
     seconds = found_at - started, read_work_clock() - found_at
@@ -178,7 +186,13 @@ def fill(
         say(record_accepted(db, chosen.fill))
     if as_json:
         write_json(_document(chosen, found, placement, output, seconds))
-    _tell(chosen.fill, placement, seconds)
+    _tell(chosen.fill, placement, region, seconds)
+    if void is not None:
+        at = ", ".join(f"{x:.4g}" for x in void)
+        say(
+            f"a border of the surface lies within the boundary, at {at}: where the surface is "
+            "open, the quads lie on nothing"
+        )
     say(f"written: {output}")
     return 0
 
@@ -216,20 +230,26 @@ def _document(
     }
 
 
-def _tell(fill: Fill, placement: Placement, seconds: tuple[float, float]) -> None:
+def _tell(
+    fill: Fill, placement: Placement, region: Region | None, seconds: tuple[float, float]
+) -> None:
     irregular = fill.n_irregular
     say(
         f"pattern {fill.pattern.name}: {plural(fill.n_quads, 'quad')}, "
         f"{plural(irregular, 'irregular vertex', 'irregular vertices')}, "
         f"found in {seconds[0]:.2f} s, placed in {seconds[1]:.2f} s"
     )
-    if placement.region_share is not None:
+    if region is not None:
+        enclosed = (
+            f"the boundary encloses {region.share:.1%} of it"
+            if region.separates
+            else "the boundary leaves it, or goes round a handle, so that all of it was looked at"
+        )
         say(
             f"on the surface after {plural(placement.rounds, 'round')} of smoothing and "
-            f"projection{'' if placement.at_rest else ', not at rest'}; the boundary encloses "
-            f"{placement.region_share:.1%} of it"
+            f"projection{'' if placement.at_rest else ', not at rest'}; {enclosed}"
         )
-        if placement.region_share > MOST_OF_SURFACE:
+        if region.separates and region.share > MOST_OF_SURFACE:
             say(
                 "that is more than half of it: if it is not meant, list sides and points the "
                 "other way round, counter-clockwise seen from outside"

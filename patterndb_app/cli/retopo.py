@@ -207,6 +207,7 @@ def retopo(
         )
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from patterndb_sketch.autosave import find_recoveries
+    from patterndb_sketch.retopo.quadimport import refuse_losses
     from patterndb_sketch.retopo.script import Script, read_script, write_script
     from patterndb_sketch.retopo.sessionfile import RetopoSession, write_session
 
@@ -242,6 +243,7 @@ def retopo(
             write_script(record, said)
             say(f"written: {record}")
         if output is not None:
+            refuse_losses(found)
             _write(output, mesh)
             say(f"written: {output}")
         if picture is not None:
@@ -315,6 +317,7 @@ def _play_script(
     wanted: Script, editor: Editor, script: Path, lenient: bool, anywhere: bool
 ) -> tuple[list[ScriptLine], list[tuple[ScriptLine, Outcome]]]:
     """Play a script; the lines that did something, and those that were refused."""
+    from patterndb_sketch.retopo.quadimport import refuse_losses
     from patterndb_sketch.retopo.script import EXPORT, export_path, locate_export, play_script
 
     for line in wanted.lines:
@@ -324,6 +327,7 @@ def _play_script(
 
     def export(name: str, found: FilledNetwork) -> None:
         path = locate_export(script, name, anywhere=anywhere)
+        refuse_losses(found)
         _write(path, editor.mesh(found))
         say(f"written: {path}")
 
@@ -372,6 +376,7 @@ def _rows(made: Report, seconds: float) -> list[tuple[str, object]]:
     return [
         ("patches", ", ".join(f"{n} with {k}" for k, n in made.patches.items()) or "none"),
         ("quads", made.quads),
+        *([("patches without quads", made.unfilled)] if made.unfilled else []),
         *([("faces as given", _say_kept(made.kept))] if made.kept else []),
         ("irregular", ", ".join(f"{n} of {k}" for k, n in made.irregular.items()) or "none"),
         ("flipped", made.flipped),

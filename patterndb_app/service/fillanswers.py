@@ -35,12 +35,15 @@ class FillAnswer:
         work: RequestWork,
     ) -> None:
         self._question = question
-        self._surface = surface
         self._limits = limits
         self._work = work
         self._began = read_work_clock()
         self._stopped: str | None = None
+        # Before the search: a boundary that is nowhere near its surface is refused.
+        points = question.boundary.points
         self._region: Region | None = None
+        if surface is not None and points is not None and question.place:
+            self._region = enclose_region(surface, points)
         self._found: Fills = fills(
             database,
             question.boundary,
@@ -91,8 +94,6 @@ class FillAnswer:
         points = question.boundary.points
         if points is None or not question.place:
             return document
-        if self._surface is not None and self._region is None:
-            self._region = enclose_region(self._surface, points)
         placement = place(
             fill,
             points,

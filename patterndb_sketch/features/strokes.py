@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import FeatureCurve, SnapSettings, snap
 from patterndb_sketch.features.splines import Constraint, Spline
@@ -103,15 +103,9 @@ def _check_nearness(model: Model, stroke: FeatureStroke) -> None:
     points = as_points(stroke.points, "points of a stroke", InvalidFeatureError)
     held = as_points(stroke.held, "points to hold", InvalidFeatureError)
     if len(points):
-        off = float(model.nearest(points).lengths.min())
-        extent = float(np.linalg.norm(np.ptp(points, axis=0)))
-        where = f"none of its points is near the model: the nearest is {off:.4g} off, and"
-        mend = "is it in another unit, or was the model turned or moved?"
-        if off > reach:
-            raise InvalidFeatureError(f"{where} ribs reach {reach:.4g}; {mend}")
-        # In metres all strokes on a model in millimetres are one place, which may be within reach.
-        if off > max(extent, SAME_CLICK * model.diagonal):
-            raise InvalidFeatureError(f"{where} it is {extent:.4g} long; {mend}")
+        why = model.mesh.explain_distance(points, "model", stroke.settings.radius)
+        if why is not None:
+            raise InvalidFeatureError(why)
     lengths = model.nearest(held).lengths if len(held) else np.zeros(0)
     for number in np.flatnonzero(lengths > reach).tolist():
         x, y, z = held[number]

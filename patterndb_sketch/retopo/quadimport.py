@@ -18,8 +18,9 @@ from numpy.typing import ArrayLike
 from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import flipped
-from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, PlacedPatch
+from patterndb_sketch.retopo.filling.placing import is_as_given
 from patterndb_sketch.retopo.filling.report import cut_fans
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
@@ -321,6 +322,21 @@ class _ImportBuilder:
             )
             for patch, part in zip(patches, parts, strict=True)
         }
+
+
+def refuse_losses(found: FilledNetwork) -> None:
+    """RefusedError if patches have no quads that a mesh which was given has there."""
+    lost = [
+        patch
+        for key, patch in sorted(found.network.patches.items())
+        if key not in found.placed and isinstance(patch.choice, Filling) and is_as_given(patch)
+    ]
+    if lost:
+        quads = sum(len(choice_of(patch).faces) for patch in lost)
+        raise RefusedError(
+            f"{quads} quads of the mesh that was given would be lost, those of "
+            f"{', '.join(f'patch {patch.id}' for patch in lost)}; {'; '.join(found.notes)}"
+        )
 
 
 def choice_of(patch: Patch) -> Choice:

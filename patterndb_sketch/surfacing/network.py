@@ -221,6 +221,8 @@ def measure_turning(points: Points) -> NDArray[np.float64]:
 
 def measure_angles(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """(m,) angle in radians between the rows of two (m, 3) arrays of vectors, 0 to pi."""
+    # By powers of two, which change no digit: products of large or small ones stay numbers.
+    a, b = (np.ldexp(v, -np.frexp(np.abs(v).max(axis=-1, keepdims=True))[1]) for v in (a, b))
     # The arc tangent keeps its precision where the arc cosine loses it: near 0 and pi.
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
 

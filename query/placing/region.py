@@ -8,18 +8,26 @@ boundary's left side.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components, dijkstra
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Points
+from patterndb.errors import InvalidBoundaryError
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import NO_AREA
 from patterndb.geometry.surface import Feet, Surface, edge_keys
 from patterndb.system.kernels import kernel
+
+#: Shares of a surface's diagonal: a boundary that is to lie on it has its nearest vertex no further
+#: off than FAR, and its farthest no further than FARTHEST. Boundaries drawn coarsely are off by
+#: some hundredths.
+FAR = 0.1
+FARTHEST = 1.0
 
 #: Samples along a boundary edge, at first; pairs too far apart are halved again.
 SAMPLES = 8
@@ -43,12 +51,14 @@ class Region:
     around:  (t,) float64, for triangles of ``surface`` that the boundary crosses: where around
              it, in boundary edges from vertex 0; NaN for the others.
     separates: does the boundary separate the surface?
+    chosen:  (w,) bool, which triangles of the whole surface these are.
     """
 
     surface: Surface
     share: float
     around: NDArray[np.float64]
     separates: bool
+    chosen: NDArray[np.bool_]
 
     @property
     def is_disk(self) -> bool:
@@ -60,22 +70,26 @@ class Region:
 def enclose_region(surface: Surface, points: Points) -> Region:
     """The region to the left of a closed polygon (P, 3) that lies on the surface.
 
-    Left is as seen from outside, where triangles are counter-clockwise.
+    Left is as seen from outside, where triangles are counter-clockwise. Where the polygon's
+    straight edges come nearer to another part of the surface, such as the lining of a thin wall,
+    than to the one that they run along, they are taken to it by the way that it faces, or
+    replaced by short paths along it.
+
+    Raises InvalidBoundaryError for a boundary that is nowhere near the surface, or in another unit.
     """
-    crossed = _crossed(surface, points)
-    whole = Region(surface, 1.0, np.full(len(surface.triangles), np.nan), False)
-    if crossed is None:
-        return whole
-    around, left = crossed
-    barrier = ~np.isnan(around)
-    inside, separates = flood_left(
-        surface.beside, barrier, surface.vertices, surface.triangles, left
-    )
-    if not separates:
-        # One piece on both sides: the boundary goes round a handle, or off the surface.
-        return whole
-    share = float(surface.areas[inside].sum() / surface.areas.sum())
-    return Region(surface.part(inside), share, around[inside], True)
+    why = surface.mesh.explain_distance(points, "surface", FAR, FARTHEST)
+    if why is not None:
+        raise InvalidBoundaryError(f"the boundary does not lie on the surface: {why}")
+    for around, left in _list_crossings(surface, points):
+        inside, separates = flood_left(
+            surface.beside, ~np.isnan(around), surface.vertices, surface.triangles, left
+        )
+        if separates:
+            share = float(surface.areas[inside].sum() / surface.areas.sum())
+            return Region(surface.part(inside), share, around[inside], True, inside)
+    # One piece on both sides: the boundary goes round a handle, or off the surface.
+    n = len(surface.triangles)
+    return Region(surface, 1.0, np.full(n, np.nan), False, np.ones(n, np.bool_))
 
 
 @kernel
@@ -137,6 +151,90 @@ def _root(root: NDArray[np.int64], f: int) -> int:
     return f
 
 
+def measure_left(points: Points, normals: Points, at: Points, up: Points) -> float:
+    """How far a point (3,) is to the left of the nearest segment of a closed polygon (n, 3), of
+    those whose normals agree with its own; below 0 to the right, and if none do."""
+    ends, ups = np.roll(points, -1, axis=0), np.roll(normals, -1, axis=0)
+    agreeing = np.flatnonzero((normals + ups) @ up > 0.0)
+    if len(agreeing) == 0:
+        return -np.inf
+    along = ends - points
+    size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
+    share = np.clip(((at - points) * along).sum(axis=1) / size, 0.0, 1.0)
+    nearest = points + share[:, None] * along
+    distance = np.linalg.norm(at - nearest, axis=1)
+    k = agreeing[distance[agreeing].argmin()]
+    lefts = units(np.cross(normals + ups, along))
+    left = lefts[k]
+    if share[k] in (0.0, 1.0):
+        # At a vertex: left of both its segments together, whichever way the polygon turns there.
+        left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
+    return float((at - nearest[k]) @ units(left[None])[0])
+
+
+#: What is no further from a boundary than this part of the surface's diagonal is on it.
+ON_BOUNDARY = 1e-6
+
+
+def find_void(
+    region: Region, surface: Surface, border: Int32Array, points: Points
+) -> Points | None:
+    """A place (3,) on a border of the surface that lies within a region, as that of a hole in the
+    surface does; None if there is none.
+
+    surface: the whole. border: (b,) its sides 3 f + e that no other triangle has. points: (P, 3)
+    the boundary. A border that the boundary runs along, or touches, is not within.
+    """
+    if not region.chosen[border // 3].any():
+        return None
+    tail = surface.triangles.ravel()[border]
+    head = np.roll(surface.triangles, -1, axis=1).ravel()[border]
+    loop = _pieces(np.stack([tail, head], axis=1), len(surface.vertices))[tail]
+    on = ON_BOUNDARY * surface.diagonal
+    around = np.full(len(surface.triangles), np.nan)
+    around[region.chosen] = region.around
+    for name in np.unique(loop[region.chosen[border // 3]]):
+        own = loop == name
+        corners = surface.vertices[tail[own]]
+        # Two sides are a slit of which nothing is open; a row that does not close is a fin's.
+        if len(corners) < 3 or not np.array_equal(np.sort(tail[own]), np.sort(head[own])):
+            continue
+        if not region.chosen[border[own] // 3].all():
+            continue
+        if _measure_apart(points, corners, surface.vertices[head[own]]).min() <= on:
+            continue
+        away = _measure_apart(corners, points, np.roll(points, -1, axis=0))
+        farthest = int(away.argmax())
+        crossed = not np.isnan(around[border[own][farthest] // 3])
+        if away[farthest] <= on or (crossed and not _is_left(surface, points, corners[farthest])):
+            continue
+        return corners[farthest]
+    return None
+
+
+def list_border_sides(surface: Surface) -> Int32Array:
+    """(b,) the sides 3 f + e of triangles that no other triangle has."""
+    _, first, uses = np.unique(edge_keys(surface.triangles), return_index=True, return_counts=True)
+    return first[uses == 1].astype(np.int32)
+
+
+def _measure_apart(points: Points, start: Points, end: Points) -> NDArray[np.float64]:
+    """(n,) the distance of each of (n, 3) points from the nearest segment, (k, 3) to (k, 3)."""
+    least = np.full(len(points), np.inf)
+    for a, b in zip(start, end, strict=True):
+        along = b - a
+        size = max(float(along @ along), np.finfo(np.float64).tiny)
+        share = np.clip((points - a) @ along / size, 0.0, 1.0)
+        least = np.minimum(least, np.linalg.norm(points - a - share[:, None] * along, axis=1))
+    return least
+
+
+def _is_left(surface: Surface, points: Points, at: Points) -> bool:
+    """Is a point (3,) of the surface to the left of a boundary (P, 3)?"""
+    normals, up = surface.nearest(points).normals, surface.nearest(at[None]).normals[0]
+    return measure_left(points, normals, at, up) > 0.0
+
+
 def is_curved(region: Region, points: Points) -> bool:
     """Does the region turn away from the plane of its boundary (P, 3)?"""
     spokes = points - points.mean(axis=0)
@@ -170,15 +268,45 @@ def map_on_disk(region: Region, disk: Points, perimeter: int) -> Feet | None:
     return region.surface.at(triangle, weights)
 
 
-def _crossed(
-    surface: Surface, points: Points
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Per triangle where around the boundary it is crossed, NaN if not, and (t, 2, 3) a point
-    of the boundary on it and the direction left of it; None if the boundary leaves the
-    surface."""
+#: Per triangle where around a boundary it is crossed, NaN if not, and (t, 2, 3) a point of the
+#: boundary on it and the direction left of it.
+Crossing = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def _list_crossings(surface: Surface, points: Points) -> Iterator[Crossing]:
+    """The triangles that a boundary may be taken to cross, the likeliest first; none where it
+    leaves the surface."""
+    found = _cross_below(surface, points)
+    if found is not None:
+        yield found
+    paths = _find_paths(surface, points)
+    if paths is None:
+        return
+    found = _cross_below(surface, points, np.stack([path.normals[0] for path in paths]))
+    if found is not None:
+        yield found
+    yield _cross_along(surface, points, paths)
+
+
+def _cross_below(
+    surface: Surface, points: Points, normals: Points | None = None
+) -> Crossing | None:
+    """Crossed are the triangles nearest to the boundary, of those that face as the surface does at
+    its vertices, normals (P, 3), if these are given; None if they do not touch one another."""
     n = len(points)
+
+    def find_feet(place: NDArray[np.float64]) -> Feet:
+        at = _around(points, place)
+        if normals is None:
+            return surface.nearest(at)
+        triangle, weights = surface.mesh.find_nearest_facing(at, units(_around(normals, place)))
+        # Over a sharp rim none may face so.
+        lost = triangle < 0
+        triangle[lost], weights[lost] = surface.located(at[lost])
+        return surface.at(triangle, weights)
+
     place = np.arange(n * SAMPLES) / SAMPLES
-    feet = surface.nearest(_around(points, place))
+    feet = find_feet(place)
     for _ in range(HALVINGS):
         a, b = feet.triangles, np.roll(feet.triangles, -1)
         apart = np.flatnonzero(~_touch(surface.triangles, a, b))
@@ -187,7 +315,7 @@ def _crossed(
         ends = np.roll(place, -1)[apart]
         ends[ends <= place[apart]] += n
         place = np.sort(np.r_[place, (place[apart] + ends) / 2.0])
-        feet = surface.nearest(_around(points, place % n))
+        feet = find_feet(place % n)
     else:
         return None
     around = np.full(len(surface.triangles), np.nan)
@@ -207,6 +335,124 @@ def _crossed(
     around[fan] = place[sample[fan]]
     left[fan, 0], left[fan, 1] = feet.points[sample[fan]], to_left[sample[fan]]
     return around, left
+
+
+#: A path from middle to middle of triangles goes to and fro: up to this many times the length of
+#: the boundary's edge, and the size of the triangles at its ends, it is no detour.
+STRAIGHT = 2.0
+
+#: ... and a longer one than this many times is none: the ends are on two parts of the surface.
+LONGEST = 4.0
+
+
+def _find_paths(surface: Surface, points: Points) -> list[Feet] | None:
+    """Short paths along the surface between the vertices (P, 3) of a boundary, by triangles.
+
+    A vertex is taken to be on the nearest triangle, or on the nearest of those that face the other
+    way where the paths to its neighbours would be detours. None if there is no way around.
+    """
+    n = len(points)
+    near = surface.nearest(points)
+    triangle, weights = surface.mesh.find_nearest_facing(points, -near.normals)
+    there = triangle >= 0
+    back = surface.at(np.where(there, triangle, near.triangles), weights)
+    feet = np.stack([near.triangles, back.triangles])
+    apart = np.stack(
+        [
+            np.linalg.norm(near.points - points, axis=1),
+            np.where(there, np.linalg.norm(back.points - points, axis=1), np.inf),
+        ]
+    )
+    graph, reach = _link_triangles(surface)
+    ways: list[dict[tuple[int, int], tuple[float, Int32Array]]] = []
+    for i in range(n):
+        j = (i + 1) % n
+        ends = feet[:, [i, j]]
+        edge, size = float(np.linalg.norm(points[j] - points[i])), 2.0 * float(reach[ends].max())
+        length, before = dijkstra(
+            graph,
+            directed=False,
+            indices=ends[:, 0],
+            limit=LONGEST * edge + size,
+            return_predecessors=True,
+        )
+        length = np.maximum(length[:, ends[:, 1]] - STRAIGHT * edge - size, 0.0)
+        ways.append(
+            {
+                (a, b): (float(length[a, b]), _walk_back(before[a], ends[b, 1]))
+                for a, b in np.argwhere(np.isfinite(length)).tolist()
+            }
+        )
+    chosen = _choose_feet(ways, apart)
+    if chosen is None:
+        return None
+    return [
+        surface.at(path, np.full((len(path), 3), 1.0 / 3.0))
+        for path in (ways[i][chosen[i], chosen[(i + 1) % n]][1] for i in range(n))
+    ]
+
+
+def _cross_along(surface: Surface, points: Points, paths: list[Feet]) -> Crossing:
+    """Crossed are the triangles along paths between the vertices."""
+    around = np.full(len(surface.triangles), np.nan)
+    left = np.zeros((len(surface.triangles), 2, 3))
+    for i, path in enumerate(paths):
+        share = (np.arange(len(path.triangles)) + 0.5) / len(path.triangles)
+        edge = points[(i + 1) % len(points)] - points[i]
+        around[path.triangles] = i + share
+        left[path.triangles, 0] = points[i] + share[:, None] * edge
+        left[path.triangles, 1] = np.cross(path.normals, edge)
+    return around, left
+
+
+def _link_triangles(surface: Surface) -> tuple[csr_array, NDArray[np.float64]]:
+    """A graph of triangles that share an edge, by the way from middle to middle over that of the
+    edge; and (t,) how far the corners of each are from its middle."""
+    middles = surface.vertices[surface.triangles].mean(axis=1)
+    one, two = surface.beside.T
+    corner = surface.triangles
+    shared = (corner[one][:, :, None] == corner[two][:, None, :]).any(axis=2)
+    ends = np.where(shared[:, :, None], surface.vertices[corner[one]], 0.0).sum(axis=1)
+    edge = ends / np.maximum(shared.sum(axis=1), 1)[:, None]
+    length = np.linalg.norm(middles[one] - edge, axis=1) + np.linalg.norm(
+        middles[two] - edge, axis=1
+    )
+    graph = csr_array((length, (one, two)), shape=(len(corner), len(corner)))
+    reach = np.linalg.norm(surface.vertices[corner] - middles[:, None], axis=2).max(axis=1)
+    return graph, reach
+
+
+def _walk_back(before: Int32Array, last: int) -> Int32Array:
+    """The triangles of a shortest path, in order, from those before each."""
+    path = [last]
+    while (last := int(before[last])) >= 0:
+        path.append(last)
+    return np.array(path[::-1], np.int32)
+
+
+def _choose_feet(
+    ways: list[dict[tuple[int, int], tuple[float, Int32Array]]], apart: NDArray[np.float64]
+) -> list[int] | None:
+    """Of every vertex of a closed polygon which of its two feet is meant: the least sum of
+    detours between them, and of distances (2, n) from them; None if no choice has paths all
+    around."""
+    n = len(ways)
+    best: tuple[float, list[int]] | None = None
+    for first in (0, 1):
+        cost = {first: (float(apart[first, 0]), [first])}
+        for i in range(n):
+            reached: dict[int, tuple[float, list[int]]] = {}
+            for (a, b), (length, _) in ways[i].items():
+                if a not in cost or (i == n - 1 and b != first):
+                    continue
+                off = float(apart[b, i + 1]) if i < n - 1 else 0.0
+                total = cost[a][0] + length + off
+                if np.isfinite(total) and (b not in reached or total < reached[b][0]):
+                    reached[b] = total, [*cost[a][1], b]
+            cost = reached
+        if first in cost and (best is None or cost[first][0] < best[0]):
+            best = cost[first][0], cost[first][1][:n]
+    return None if best is None else best[1]
 
 
 def _around(points: Points, place: NDArray[np.float64]) -> Points:

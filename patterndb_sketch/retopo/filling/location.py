@@ -10,15 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+from scipy.spatial import KDTree
 
-from patterndb.geometry.points import Points, units
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.placing import PlacedPatch
+from patterndb_sketch.retopo.filling.placing import PlacedPatch, is_as_given
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import FACE, Network, trace_outline
 from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
 from query.placing import enclose_region
+from query.placing.region import measure_left
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
 #: it, and so within: rounding alone moves points by less.
@@ -68,33 +70,13 @@ def is_within(ground: Ground, border: tuple[Points, Points], foot: GroundPoints)
     return left >= -ON_BORDER * ground.diagonal
 
 
-def measure_left(points: Points, normals: Points, at: Points, up: Points) -> float:
-    """How far a point (3,) is to the left of the nearest segment of a closed polygon (n, 3), of
-    those whose normals agree with its own; below 0 to the right, and if none do."""
-    ends, ups = np.roll(points, -1, axis=0), np.roll(normals, -1, axis=0)
-    agreeing = np.flatnonzero((normals + ups) @ up > 0.0)
-    if len(agreeing) == 0:
-        return -np.inf
-    along = ends - points
-    size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
-    share = np.clip(((at - points) * along).sum(axis=1) / size, 0.0, 1.0)
-    nearest = points + share[:, None] * along
-    distance = np.linalg.norm(at - nearest, axis=1)
-    k = agreeing[distance[agreeing].argmin()]
-    lefts = units(np.cross(normals + ups, along))
-    left = lefts[k]
-    if share[k] in (0.0, 1.0):
-        # At a vertex: left of both its segments together, whichever way the polygon turns there.
-        left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
-    return float((at - nearest[k]) @ units(left[None])[0])
-
-
 def find_islands(
     network: Network, ground: Ground, placed: Mapping[int, PlacedPatch]
 ) -> dict[int, int | None]:
     """Placed patches within which others lie, of other parts of the network: for each one of
     those, or None where it is a face that was given. Curves without either are no islands: they
-    may be about to be joined."""
+    may be about to be joined. Nor are patches and faces of a mesh that was given, within others as
+    they were given: it may lie over itself."""
     part: dict[int, int] = {}
     for chain in sorted(network.chains):
         if chain not in part:
@@ -103,22 +85,29 @@ def find_islands(
             )
     of = {patch: part[network.patches[patch].loop[0] >> 1] for patch in sorted(placed)}
     first: dict[int, int | None] = {name: patch for patch, name in reversed(of.items())}
-    # A part lies within a patch if any place of it does, for no curves cross.
+    # A part lies within a patch if any place of it does that is not on the patch's border, for no
+    # curves cross.
     places = {
-        name: _start_of(network, network.patches[p].loop[0])
+        name: trace_outline(network, network.patches[p].loop)[0]
         for name, p in first.items()
         if p is not None
     }
     for chain, name in sorted(part.items()):
         if name not in first and FACE in network.chains[chain].marks:
-            first[name], places[name] = None, _start_of(network, 2 * chain)
+            first[name], places[name] = None, network.chains[chain].points
     if len(first) < 2:
         return {}
+    given = {patch for patch in of if is_as_given(network.patches[patch])}
+    drawn = {name for patch, name in of.items() if patch not in given}
     found: dict[int, int | None] = {}
     grounds: dict[int, int] | None = None
     for patch, name in of.items():
         there = [
-            other for other in first if other != name and _is_near(placed[patch], places[other])
+            other
+            for other in first
+            if other != name
+            and (patch not in given or other in drawn)
+            and _is_near(placed[patch], places[other])
         ]
         if not there:
             continue
@@ -129,8 +118,12 @@ def find_islands(
             if grounds[other] != grounds[name]:
                 # Beside each other in space, as an eye and its lid.
                 continue
-            foot = ground.nearest(places[other][None])
-            if is_within(ground, border, foot):
+            away = np.asarray(KDTree(border[0]).query(places[other])[0])
+            at = int(away.argmax())
+            if away[at] <= ON_BORDER * ground.diagonal:
+                # Around the same piece of the surface, or on the other side of its border.
+                continue
+            if is_within(ground, border, ground.nearest(places[other][at : at + 1])):
                 found[patch] = first[other]
                 break
     return found
@@ -152,14 +145,10 @@ def _find_grounds(network: Network, ground: Ground, part: Mapping[int, int]) -> 
     }
 
 
-def _start_of(network: Network, half: int) -> NDArray[np.float64]:
-    return network.chains[half >> 1].directed(half)[0][0]
-
-
-def _is_near(placed: PlacedPatch, point: NDArray[np.float64]) -> bool:
-    """Is a point (3,) as near to a vertex of the quads as those on them are?"""
+def _is_near(placed: PlacedPatch, points: Points) -> bool:
+    """Is one of points (n, 3) as near to a vertex of the quads as those on them are?"""
     corner = placed.vertices[placed.quads]
     across = max(
         float(np.linalg.norm(corner[:, k] - corner[:, k + 2], axis=1).max()) for k in (0, 1)
     )
-    return float(np.linalg.norm(placed.vertices - point, axis=1).min()) <= across
+    return bool((np.asarray(KDTree(placed.vertices).query(points)[0]) <= across).any())

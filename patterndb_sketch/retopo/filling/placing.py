@@ -16,6 +16,7 @@ from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.quadshape import flipped
+from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import Choice, Filling
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
@@ -27,6 +28,7 @@ from patterndb_sketch.retopo.network import (
     Network,
     Patch,
 )
+from patterndb_sketch.retopo.network.regions import explain_region
 from query.fill import Fill
 from query.placing import enclose_region, place
 
@@ -128,12 +130,20 @@ class PlacedPatch:
         return self.vertices[self.quads[self.flipped]].mean(axis=1)
 
 
+def is_as_given(patch: Patch) -> bool:
+    """Does a patch have its fill as a mesh was given, every vertex where it was?"""
+    filling: Filling = patch.choice
+    choice = filling.choice
+    return choice is not None and len(filling.moved_vertices[0]) == choice.n_vertices
+
+
 def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     """The quads of a patch, which must have a choice that its counts suit, on the ground.
 
     Differs from the paper: smoothing and projection alternate until nothing moves by more than
     1e-4 of the patch's diagonal, tangentially and to the least sum of squared edges, and
-    flipped quads are untangled where that can be.
+    flipped quads are untangled where that can be. Raises RefusedError for a patch that is no disk
+    of the ground.
     """
     filling: Filling = patch.choice
     choice = filling.choice
@@ -141,8 +151,8 @@ def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
         raise ValueError(f"patch {patch.id} has no fill yet")
     quads = choice.faces
     which, at = filling.moved_vertices
-    if len(which) == choice.n_vertices:
-        # As imported: there is nothing left to place.
+    if is_as_given(patch):
+        # There is nothing left to place.
         vertices, at_rest = np.empty_like(at), True
     elif len(which) and np.array_equal(which, np.arange(choice.perimeter, choice.n_vertices)):
         # All that is within is held: the border alone follows the curves.
@@ -150,7 +160,11 @@ def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
         vertices[: choice.perimeter] = lay_border(network, patch, ground)
     else:
         points = lay_border(network, patch, ground)
-        found = place(fill_of(choice), points, enclose_region(ground.surface, points))
+        region = enclose_region(ground.surface, points)
+        why = explain_region(ground, region, points)
+        if why is not None:
+            raise RefusedError(f"patch {patch.id} has no quads: {why}")
+        found = place(fill_of(choice), points, region)
         if not len(which):
             normals = ground.nearest(found.vertices).normals
             return PlacedPatch(

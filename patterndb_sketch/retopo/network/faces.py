@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Node
 
@@ -118,7 +119,12 @@ class GroundParts:
     @classmethod
     def of(cls, ground: Ground) -> GroundParts:
         """Of a ground, in linear time."""
-        corner, across = ground.triangles.ravel(), ground.topology.across
+        return cls.of_triangles(ground.triangles, ground.topology.across)
+
+    @classmethod
+    def of_triangles(cls, triangles: Int32Array, across: Int32Array) -> GroundParts:
+        """Of triangles (t, 3), and what is across their sides (3t,), -1 where that is nothing."""
+        corner = triangles.ravel()
         # A corner is named by the side that begins there.
         side = np.flatnonzero(across >= 0)
         other = across[side]
@@ -131,8 +137,20 @@ class GroundParts:
                 np.where(alike, _follow(other), other),
             ],
         )
-        parts, part = _group_pairs(len(ground.triangles), side // 3, other // 3)
+        parts, part = _group_pairs(len(triangles), side // 3, other // 3)
         return cls(parts, part, fans, fan)
+
+    def count_euler(self, across: Int32Array) -> NDArray[np.intp]:
+        """(parts,) of each part V - E + F: 1 of a disk, 0 with a hole in it, and 2 less for every
+        handle. across: as it was made of; a vertex counts for every fan of triangles around it."""
+        _, first = np.unique(self.fan, return_index=True)
+        corners = np.bincount(self.part[first // 3], minlength=self.parts)
+        # An inner edge has two sides.
+        halves = np.bincount(
+            np.repeat(self.part, 3), weights=np.where(across < 0, 2, 1), minlength=self.parts
+        )
+        faces = np.bincount(self.part, minlength=self.parts)
+        return (corners - halves / 2.0 + faces).astype(np.intp)
 
 
 def _follow(side: Indices) -> Indices:
@@ -148,12 +166,10 @@ def count_handles(ground: Ground) -> int:
     found = GroundParts.of(ground)
     across = ground.topology.across
     border = np.flatnonzero(across < 0)
-    inner = len(across) - len(border)
     ends = found.fan[border], found.fan[_follow(border)]
     _, loop = _group_pairs(found.fans, *ends)
     loops = len(np.unique(loop[ends[0]]))
-    euler = found.fans - (inner // 2 + len(border)) + len(ground.triangles) + loops
-    return (2 * found.parts - euler) // 2
+    return (2 * found.parts - int(found.count_euler(across).sum()) - loops) // 2
 
 
 def count_genus(nodes: Mapping[int, Node], chains: Mapping[int, Chain]) -> int:

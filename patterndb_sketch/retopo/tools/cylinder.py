@@ -26,9 +26,11 @@ from patterndb_sketch.retopo.network import (
     OpenNetwork,
     has_dead_end,
     is_end,
+    trace_outline,
     walk_face,
 )
 from patterndb_sketch.retopo.network.insertion import insert_curve
+from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.network.stops import Nearness
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -62,11 +64,12 @@ def join_loops(
     with corners to one without, to the points at the same parts of the way round; between
     loops without, ``division`` (2 to 64) pairs of points divide both evenly. The stroke is one
     of the curves between, the others are shortest paths.
-    caps: "auto" for patches beyond the loops too, where these enclose an end of the surface;
-    "always", or "never". Where the other side already has curves there is none.
+    caps: "auto" for patches beyond the loops too, where these enclose an end of the surface that
+    is a disk; "always", or "never". Where the other side already has curves there is none.
 
     Raises RefusedError, and nothing changes, for an end at no loop, both at one, numbers of
-    corners that do not agree, and curves that would cross.
+    corners that do not agree, curves that would cross, and a cap that is always to be there and
+    would be no disk of the surface.
     """
     if not 2 <= division <= MOST:
         raise InvalidRetopoError(f"a division into {division}; give 2 to {MOST}")
@@ -75,7 +78,7 @@ def join_loops(
     opened = OpenNetwork(network, ground)
     one, other = _find_ends(network, stroke, sizes.snap)
     pairs = _pair_places(one, other, division)
-    capped = [ring for ring, _ in (one, other) if _is_cap_wanted(opened.before, ring, caps)]
+    capped = [ring for ring, _ in (one, other) if _is_cap_wanted(opened.before, ground, ring, caps)]
     nodes = [
         [_make_node(opened, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
@@ -216,11 +219,12 @@ Caps = Literal["auto", "always", "never"]
 CAPS = get_args(Caps)
 
 
-def _is_cap_wanted(network: Network, ring: Ring, caps: Caps) -> bool:
+def _is_cap_wanted(network: Network, ground: Ground, ring: Ring, caps: Caps) -> bool:
     """Is there to be a patch on the other side of a ring?
 
     Never where that side has a patch, a mark or other curves; else always, or, by itself, where
-    the loop encloses a part of the surface there as a patch does, or the end of a limb.
+    the loop encloses a disk of the surface there as a patch does, or the end of a limb. Raises
+    RefusedError for one that is always to be there, where the surface has no disk.
     """
     if caps == "never":
         return False
@@ -230,7 +234,12 @@ def _is_cap_wanted(network: Network, ring: Ring, caps: Caps) -> bool:
     loop, _ = walk_face(network.nodes, network.chains, beyond[0])
     if set(loop) != set(beyond):
         return False
-    return caps == "always" or is_end(network, loop)
+    if caps == "auto" and not is_end(network, loop):
+        return False
+    why = explain_no_disk(ground, trace_outline(network, loop)[0])
+    if why is not None and caps == "always":
+        raise RefusedError(f"there can be no cap beyond a loop: {why}, or take the caps off")
+    return why is None
 
 
 def _flag_beyond(opened: OpenNetwork, node: int, join: HalfChain) -> HalfChain:

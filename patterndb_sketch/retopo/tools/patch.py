@@ -16,6 +16,7 @@ from patterndb_sketch.retopo.network import (
     Network,
     OpenNetwork,
     remove_patch,
+    trace_outline,
     walk_face,
 )
 from patterndb_sketch.retopo.network.flooding import (
@@ -25,6 +26,7 @@ from patterndb_sketch.retopo.network.flooding import (
     flood_triangles,
     make_wall,
 )
+from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.wording import format_place
 
@@ -37,11 +39,16 @@ def make_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
     """Make a patch of the loop around a place, whatever it encloses.
 
     place: one foot. Raises RefusedError if no loop is around it, or several are; if the loop has
-    an open end, a marked side or fewer than two corners; and if it is a patch already.
+    an open end, a marked side or fewer than two corners, or goes around no disk of the ground; and
+    if it is a patch already.
     """
     half = find_loop(network, ground, place)
     if half in network.patch_of():
         raise RefusedError("this is a patch already")
+    loop, _ = walk_face(network.nodes, network.chains, half)
+    why = explain_no_disk(ground, trace_outline(network, loop)[0])
+    if why is not None:
+        raise RefusedError(f"the loop around this place can be no patch: {why}")
     opened = OpenNetwork(network, ground)
     try:
         return Edit.of(network, opened.finish(also=(half,)))

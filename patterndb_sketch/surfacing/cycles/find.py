@@ -238,7 +238,9 @@ def _parts(
     for curves in group_components(network, alive):
         within = set(curves.tolist())
         numbers = sorted(i for i in kept if keys[i][0] in within)
-        relative = length / np.median(length[curves])
+        # Of curves so short that their squares are 0, none is longer than another.
+        middle = float(np.median(length[curves]))
+        relative = length / middle if middle > 0.0 else np.ones(len(length))
         limited = np.minimum(bad[numbers], WORST_CLOSING)
         size = np.array([relative[list(keys[i])].sum() for i in numbers])
         own = [cycles[i] for i in numbers]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.leastarea import triangulate_cheapest
-from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.cycles.closing import HalfCurves
@@ -129,7 +129,7 @@ def measure_cycles(
     offsets = np.r_[0, np.cumsum([len(part) for part in parts])]
     samples = np.concatenate(parts) if parts else np.zeros((0, 3))
     leaving = np.concatenate([[part[1] - part[0], part[-2] - part[-1]] for part in parts])
-    leaving /= np.linalg.norm(leaving, axis=1)[:, None]
+    leaving = units(leaving)
     steps = np.array([2 * c + back for cycle in cycles for c, back in cycle.steps], np.int64)
     first = np.r_[0, np.cumsum([len(cycle.steps) for cycle in cycles])]
     values = np.zeros((len(cycles), 7))
@@ -175,6 +175,8 @@ def _measure(
     middle, length = _middle(at)
     at -= middle
     values[0] = length
+    if length == 0.0:
+        return
     values[1] = _flatness(at, length)
     if n < 3:
         return
@@ -239,7 +241,7 @@ def _middle(at: Points) -> tuple[Floats, float]:
         size = math.sqrt(step @ step)
         middle += 0.5 * size * (at[i] + at[i - 1])
         length += size
-    return middle / length, length
+    return middle / length if length > 0.0 else at[0].copy(), length
 
 
 @kernel
@@ -255,7 +257,8 @@ def _flatness(at: Points, length: float) -> float:
                 both = u[x] * v[y] + v[x] * u[y]
                 moments[x, y] += size * (2.0 * u[x] * u[y] + 2.0 * v[x] * v[y] + both)
     values = np.linalg.eigvalsh(moments)
-    return math.sqrt(max(values[0], 0.0) / values[2])
+    # So small that squares of lengths are 0, it is in one place.
+    return math.sqrt(max(values[0], 0.0) / values[2]) if values[2] > 0.0 else 0.0
 
 
 @kernel
@@ -301,6 +304,9 @@ def _inward(at: Points, triangles: Int64Array, corner: Int64Array, inward: Point
                 continue
             edge = at[j] - at[i]
             size = math.sqrt(edge @ edge)
+            if size * size == 0.0:
+                # Of a curve that goes out and back two samples may be in one place.
+                continue
             across = at[triangles[t, (e + 2) % 3]] - at[i]
             across = across - (across @ edge) / (size * size) * edge
             width = math.sqrt(across @ across)

@@ -55,14 +55,17 @@ def find_loose_ends(network: CurveNetwork) -> tuple[LooseEnd, ...]:
     for (number, end), place, reach, edges in zip(ends, places, reaches, nearby, strict=True):
         some = np.array(edges, np.int64)
         offset = place - starts[some]
-        share = np.clip((offset * steps[some]).sum(axis=1) / size[some] ** 2, 0.0, 1.0)
+        # Of steps so short that their squares are 0, the first point is as near as any.
+        square = np.maximum(size[some] ** 2, np.finfo(np.float64).tiny)
+        share = np.clip((offset * steps[some]).sum(axis=1) / square, 0.0, 1.0)
         gaps = np.linalg.norm(offset - share[:, None] * steps[some], axis=1)
         length = network.curves[number].length
         at = along[some] + share * size[some]
         away = at if end == 0 else length - at
         gaps[(owner[some] == number) & (away < OWN * length)] = math.inf
         best = int(np.argmin(gaps)) if len(gaps) else -1
-        if best >= 0 and gaps[best] <= reach:
+        # An end that lies on a curve, as where a curve goes out and back, is not short of it.
+        if best >= 0 and np.finfo(np.float64).tiny < gaps[best] <= reach:
             ids = network.curves[number].id, network.curves[int(owner[some[best]])].id
             found.append(LooseEnd(ids[0], place, ids[1], float(gaps[best])))
     return tuple(sorted(found, key=lambda one: (-one.gap, one.place.tolist())))

@@ -132,7 +132,7 @@ def _region(n: int, points: Points, triangles: NDArray[np.integer], start: int) 
     turn = np.zeros(len(surface.triangles), np.complex128)
     np.add.at(turn, rim // 3, np.exp(2j * np.pi * middle / n))
     around = np.where(turn != 0.0, np.angle(turn) / (2.0 * np.pi) % 1.0 * n, np.nan)
-    return Region(surface, 1.0, around, True)
+    return Region(surface, 1.0, around, True, np.ones(len(around), np.bool_))
 
 
 def _refuse_unless_within(loop: Loop, triangles: NDArray[np.integer]) -> None:

@@ -233,6 +233,8 @@ def _seen_along(points: Points, spokes: Points, normal: Points) -> Projection | 
     flat = spokes @ axes.T
     steps = np.concatenate([flat[1:], flat[:1]]) - flat
     # A hexagonal lattice looks the same six times in a turn: lay its rows along the boundary.
+    # By a power of two, which changes no digit: their sixth powers are neither 0 nor infinite.
+    steps = np.ldexp(steps, -math.frexp(float(np.abs(steps).max()))[1])
     edges = steps[:, 0] + 1j * steps[:, 1]
     lengths = np.abs(edges)
     sixfold = (edges**6)[lengths > 0.0] / lengths[lengths > 0.0] ** 5
