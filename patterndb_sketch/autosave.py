@@ -7,9 +7,10 @@ where there is none yet:
     spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
 
 with the number of the process that writes it, and a number of its own, so that two windows do not
-take each other's. One whose process is gone was left by a crash, or by a window that was closed
-with unsaved work: :func:`find_recoveries` finds these. All saved, or discarded by the user, it
-goes.
+take each other's; behind it stands a digest of the session that the work began from, if there is
+one (``spot.retopo.1234-5ef2c0d9-c2b1...recovery``). One whose process is gone was left by a crash,
+or by a window that was closed with unsaved work: :func:`find_recoveries` finds these. All saved,
+or discarded by the user, it goes.
 """
 
 from __future__ import annotations
@@ -41,10 +42,12 @@ _OWN: set[str] = set()
 
 @dataclass(frozen=True, slots=True)
 class Recovery:
-    """What a crash left. written: when, in seconds since 1970, as time.time() has them."""
+    """What a crash left. written: when, in seconds since 1970, as time.time() has them. base: the
+    digest of the session that the work began from, "" where that is not known."""
 
     path: Path
     written: float
+    base: str = ""
 
 
 Kept = TypeVar("Kept")
@@ -67,6 +70,7 @@ class Autosave(Generic[Kept]):
         state: Kept,
         *,
         session: Path | None = None,
+        base: str = "",
         folder: Path | None = None,
         unnamed: str = UNNAMED,
         same: Callable[[Kept, Kept], bool] = operator.is_,
@@ -76,10 +80,10 @@ class Autosave(Generic[Kept]):
         """For work whose state, given, needs no saving.
 
         encode: gives the content of a session with a state. session: the file that is worked on,
-        folder: where recovery files are while there is none, whose names begin with ``unnamed``
-        then; with neither, nothing is written until :meth:`saved` names a session. same: is there
-        nothing to save in one state that the other has not? every: seconds. clock: gives seconds,
-        from anywhere on.
+        base: its digest, in hexadecimal digits. folder: where recovery files are while there is no
+        session, whose names begin with ``unnamed`` then; with neither, nothing is written until
+        :meth:`saved` names a session. same: is there nothing to save in one state that the other
+        has not? every: seconds. clock: gives seconds, from anywhere on.
         """
         self._encode, self._same = encode, same
         self._every = every
@@ -89,7 +93,7 @@ class Autosave(Generic[Kept]):
         self._at = clock()
         self._token = f"{os.getpid()}-{secrets.token_hex(4)}"
         _OWN.add(self._token)
-        self.path = self._path(session)
+        self.path = self._path(session, base)
 
     def tick(self, state: Kept) -> bool:
         """Write the state if it is another than the last kept and it is time; was it written?
@@ -107,11 +111,12 @@ class Autosave(Generic[Kept]):
         self._kept = state
         return True
 
-    def saved(self, state: Kept, session: Path | None) -> None:
+    def saved(self, state: Kept, session: Path | None, base: str = "") -> None:
         """The user saved this state: the recovery file so far is of no use any more, and the next
-        is beside the session that it was saved to, or where it was if that is no session."""
+        is beside the session that it was saved to, or where it was if that is no session. base:
+        the digest of what was saved."""
         self._remove()
-        self.path = self._path(session)
+        self.path = self._path(session, base)
         self._kept = self._saved = state
         self._at = self._clock()
 
@@ -131,8 +136,8 @@ class Autosave(Generic[Kept]):
         self.tick(state)
         return path
 
-    def _path(self, session: Path | None) -> Path | None:
-        ending = f".{self._token}{ENDING}"
+    def _path(self, session: Path | None, base: str) -> Path | None:
+        ending = f".{self._token}{base and f'-{base}'}{ENDING}"
         if session is not None:
             return session.with_name(session.name + ending)
         return None if self._folder is None else self._folder / (self._unnamed + ending)
@@ -156,14 +161,14 @@ def find_recoveries(
     if where is None or not where.is_dir():
         return []
     stem = unnamed if session is None else session.name
-    form = re.compile(re.escape(stem) + r"\.((\d+)-[0-9a-f]+)" + re.escape(ENDING))
+    form = re.compile(re.escape(stem) + r"\.((\d+)-[0-9a-f]+)(?:-([0-9a-f]+))?" + re.escape(ENDING))
     found: list[Recovery] = []
     for path in where.iterdir():
         match = form.fullmatch(path.name)
         if match is None or match[1] in _OWN or _is_running(int(match[2])):
             continue
         with contextlib.suppress(FileNotFoundError):
-            found.append(Recovery(path, path.stat().st_mtime))
+            found.append(Recovery(path, path.stat().st_mtime, match[3] or ""))
     return sorted(found, key=lambda one: (-one.written, one.path.name))
 
 

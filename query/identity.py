@@ -5,9 +5,10 @@ boundary vertices have the first numbers. :func:`weld` joins them to half-edges 
 they are what a fill has to be. :func:`is_mesh` tells whether vertex numbers alone tell quads apart,
 :func:`hash_quads` whether two fills are one, :func:`count_symmetries` which symmetries a fill has.
 
-Reducing a fill gives back its pattern and widths, so different fits are different fills, with one
-exception: where a polychord that crosses itself is wider than 1, its copies never collapse, and two
-patterns, or one in two ways, may expand to the same fill.
+Different fits are different fills, with one exception: where a polychord that crosses itself is
+wider than 1, its copies never collapse, and two patterns, or one in two ways, may expand to the
+same fill. :func:`query.recognise.as_fill` reads the narrowest of these patterns, and lists name a
+fill by it.
 """
 
 from __future__ import annotations

@@ -6,19 +6,21 @@ or cut out of a finished mesh.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.core.code import (
+    Code,
     canonical_code,
     clockwise_start,
     code_starts,
     rooted_code,
-    smallest_code,
 )
 from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.core.pattern import Pattern
-from patterndb.core.reduction import NEVER_FULL, dissolve, reduction_work
+from patterndb.core.reduction import NEVER_FULL, dissolve_straight, reduction_work
 from patterndb.errors import InvalidMeshError
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
@@ -33,8 +35,9 @@ def as_fill(quads: ArrayLike, boundary: Boundary, origin: str) -> Fill:
     its order, interior ones follow without a gap. origin: where they come from, kept with
     the fill and its pattern. Expanding the fill's pattern with its widths, turned as it
     says, gives the same quads but for the numbers of the interior vertices. The pattern is
-    what reduction leaves: its corners are those of the quads, not the boundary's, and
-    polychords that cross themselves and are wider than 1 stay as they are.
+    what reduction leaves, where copies of a polychord that crosses itself become one, too: no
+    other pattern expands to these quads with fewer. Its corners are those of the quads, not the
+    boundary's. A pattern that is symmetric is read with the least rotation.
 
     Raises InvalidMeshError if the quads do not fill the boundary, InvalidCodeError if the
     pattern has more quads than a code can name.
@@ -57,26 +60,50 @@ def as_welded_fill(
     reduced, head, length = _reduced_with_lengths(quads, twin, count, perimeter)
     code, mirrored, _, _ = canonical_code(reduced)
     pattern = Pattern.from_trusted_code(code, origin=origin)
-    of_half_edge = _reading(reduced, mirrored)
-
-    widths = np.empty(pattern.n_chords + pattern.n_loops, np.int64)
-    widths[pattern.polychords().of_edge] = length[of_half_edge]
-    # The half-edge of the quads where the pattern's boundary begins. In the mirror the
-    # pattern begins where that edge ends.
-    begin = int(head[of_half_edge[0]])
-    at = int(quads.ravel()[begin])
-    first = (at + int(length[of_half_edge[0]]) if mirrored else -at) % perimeter
+    of_edge = pattern.polychords().of_edge
+    strict = outer == 0 and pattern.n_sides > 0
+    found: list[tuple[int, tuple[int, ...]]] = []
+    for of_half_edge in _list_readings(reduced, code, mirrored):
+        along = length[of_half_edge]
+        widths = np.empty(pattern.n_chords + pattern.n_loops, np.int64)
+        widths[of_edge] = along
+        # The half-edge of the quads where the pattern's boundary begins. In the mirror the
+        # pattern begins where that edge ends.
+        at = int(quads.ravel()[head[of_half_edge[0]]])
+        first = (at + int(along[0]) if mirrored else -at) % perimeter
+        sides = [int(widths[list(side)].sum()) for side in pattern.label]
+        found.append((_rotation(sides, first, mirrored, strict), tuple(widths.tolist())))
+    rotation, widths = min(found)
     return Fill(
         quads=quads,
         n_vertices=n_vertices,
         lengths=boundary.lengths,
         pattern=pattern,
-        widths=tuple(widths.tolist()),
-        rotation=_rotation(pattern, widths.tolist(), first, mirrored, outer == 0),
+        widths=widths,
+        rotation=rotation,
         mirrored=mirrored,
         n_irregular=inner + outer,
         origin=origin,
         n_irregular_boundary=outer,
+    )
+
+
+def reread_fill(fill: Fill, boundary: Boundary) -> Fill:
+    """Return a fill with the pattern, widths and orientation that :func:`as_fill` reads.
+
+    A fill has several names where its pattern is symmetric, or is one that crosses itself, widened:
+    whoever gets the quads alone is to find the same.
+    """
+    found = as_fill(fill.quads, boundary, fill.origin)
+    pattern = fill.pattern
+    if found.pattern != pattern:
+        pattern = replace(found.pattern, frequency=pattern.frequency)
+    return replace(
+        fill,
+        pattern=pattern,
+        widths=found.widths,
+        rotation=found.rotation,
+        mirrored=found.mirrored,
     )
 
 
@@ -117,7 +144,7 @@ def _reduced_with_lengths(
     full = count.copy()
     full[:perimeter] = NEVER_FULL
     work = reduction_work(len(count), q)
-    m = dissolve(q, twin, quads.ravel(), count, full, work)[0]
+    m = dissolve_straight(q, twin, quads.ravel(), count, full, work)[0]
     head = work.head[: 4 * m].copy()
     return work.reduced[: 4 * m].copy(), head, _lengths(twin, head)
 
@@ -135,28 +162,27 @@ def _lengths(twin: Int32Array, head: Int32Array) -> Int32Array:
     return length
 
 
-def _reading(reduced: Int32Array, mirrored: bool) -> Int32Array:
-    """(4m,) int32: which half-edge of the reduced disk each of the pattern's is."""
+def _list_readings(reduced: Int32Array, code: Code, mirrored: bool) -> list[Int32Array]:
+    """List the ways in which a reduced disk reads as its code, one for each of its symmetries:
+    (4m,) int32, which half-edge of the disk each of the pattern's is."""
     m = len(reduced) // 4
     starts = np.empty(4 * m, np.int32)
     n_starts = code_starts(reduced, starts)
-    code = np.zeros(4 * m, np.uint16)
     number, entry, order = (np.empty(m, np.int32) for _ in range(3))
-    winner, _ = smallest_code(reduced, m, starts, n_starts, mirrored, code, number, entry, order)
-    start = int(starts[winner])
-    if mirrored:
-        start = clockwise_start(reduced, start)
-    rooted_code(reduced, m, start, mirrored, code, number, entry, order, False)
     step = 3 if mirrored else 1
-    edges = (entry[:, None] + step * np.arange(4)) & 3
-    return (4 * order[:, None] + edges).ravel().astype(np.int32)
+    found: list[Int32Array] = []
+    for start in starts[:n_starts].tolist():
+        begin = clockwise_start(reduced, start) if mirrored else start
+        if rooted_code(reduced, m, begin, mirrored, code, number, entry, order, True) == 0:
+            edges = (entry[:, None] + step * np.arange(4)) & 3
+            found.append((4 * order[:, None] + edges).ravel().astype(np.int32))
+    return found
 
 
-def _rotation(pattern: Pattern, widths: list[int], first: int, mirrored: bool, strict: bool) -> int:
+def _rotation(sides: list[int], first: int, mirrored: bool, strict: bool) -> int:
     """The fill's rotation, where boundary vertex 0 is vertex ``first`` of the expanded
     pattern's boundary: in sides if strict, else in edges."""
-    sides = [sum(widths[chord] for chord in side) for side in pattern.label]
-    if not strict or pattern.n_sides == 0:
+    if not strict:
         return (first - mirrored) % sum(sides)
     corner = np.r_[0, np.cumsum(sides)].tolist().index(first)
-    return (corner - mirrored) % pattern.n_sides
+    return (corner - mirrored) % len(sides)

@@ -186,7 +186,8 @@ class ExplorerSaver(saver.Saver):
             return "there is no placed fill to save"
         if self._write_obj is None:
             return "fills cannot be saved here: no way to write them was given"
-        self._write_obj(path, placed.fill, placed.placement.vertices)
+        write = self._write_obj
+        self.known.save(path, lambda: write(path, placed.fill, placed.placement.vertices))
         self.state.drawn_here = False
         self.note_saved()
         if self._accept is None:

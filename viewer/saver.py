@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from patterndb.system.knownfiles import KnownFiles
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.keymap import Effect, KeyMap
@@ -49,7 +50,8 @@ class Saver(ABC):
     """Draws a state, obeys keys, and writes what some of them save.
 
     state: the viewer's, with a ``message``. keys: the viewer's. size: pixels of the picture.
-    kind: of window, which settings go by. opens: what can be opened or dropped. commands: what
+    known: what files were when they were opened or saved last. kind: of window, which settings go
+    by. opens: what can be opened or dropped. commands: what
     can be done, for menus. A viewer says in a class of its own how it is drawn, and what its files
     are.
     """
@@ -64,6 +66,7 @@ class Saver(ABC):
         self.state = state
         self.size = size
         self.keys = keys
+        self.known = KnownFiles()
 
     def drawn(self) -> Drawn:
         """The picture of the state as it is now, for a file: a point to a pixel."""
@@ -112,6 +115,11 @@ class Saver(ABC):
         """The work was saved as it is: nothing of it need be kept any more."""
         if self.files is not None:
             self.files.note_saved(self.kept_work(), None)
+
+    def reload(self, path: Path) -> Callable[[], object] | None:
+        """What shows what a file holds by now in place of the work; None where the window cannot
+        read what it writes there."""
+        return None
 
     def find_lost_work(self) -> LostWork | None:
         """Work that a crash left, None for none."""
@@ -200,6 +208,7 @@ class SessionSaver(Saver):
     ) -> None:
         super().__init__(state, keys, size)
         self.files = files
+        self.known = files.known
 
     @abstractmethod
     def is_held(self) -> bool:
@@ -227,6 +236,9 @@ class SessionSaver(Saver):
 
     def recover(self) -> None:
         self.state.editing.recover()
+
+    def reload(self, path: Path) -> Callable[[], object] | None:
+        return self.state.editing.reload if path == self.files.session_path else None
 
     def _write_session(self, path: Path) -> str:
         before, self.files.session_path = self.files.session_path, path

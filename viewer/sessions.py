@@ -11,7 +11,8 @@ from typing import Generic, TypeVar
 
 from patterndb.errors import PatternDBError
 from patterndb.system.documents import JsonValue
-from patterndb_sketch.autosave import UNNAMED, Autosave, find_recoveries
+from patterndb.system.knownfiles import KnownFiles, digest_file
+from patterndb_sketch.autosave import UNNAMED, Autosave, Recovery, find_recoveries
 from patterndb_sketch.workfile import read_work, work_bytes
 
 Kept = TypeVar("Kept")
@@ -29,19 +30,28 @@ def find_free_name(folder: Path, name: str, suffix: str) -> Path:
 class SessionWriter(Generic[Kept, Lost]):
     """Writes files into a folder under names that are free; the session always into one.
 
-    session_path: None until it is known. autosave: keeps states in case of a crash, None for not
-    at all. lost: what a crash left of this work; None if it left nothing. unnamed: how names of
+    session_path: None until it is known. known: what files were when they were opened or saved
+    last; the session by default as it is now. autosave: keeps states in case of a crash, None for
+    not at all. lost: what a crash left of this work; None if it left nothing. unnamed: how names of
     recovery files begin while there is no session.
     """
 
     unnamed = UNNAMED
 
     def __init__(
-        self, folder: Path, session_path: Path | None, autosave: Autosave[Kept] | None = None
+        self,
+        folder: Path,
+        session_path: Path | None,
+        autosave: Autosave[Kept] | None = None,
+        known: KnownFiles | None = None,
     ) -> None:
         self._folder, self.session_path, self.autosave = folder, session_path, autosave
+        self.known = KnownFiles() if known is None else known
+        if session_path is not None:
+            self.known.note_once(session_path)
         self.lost: Lost | None = None
         self._left: Path | None = None
+        self._is_behind = False
 
     def free(self, name: str, suffix: str) -> Path:
         """A name that no file in the folder has."""
@@ -62,9 +72,32 @@ class SessionWriter(Generic[Kept, Lost]):
                 said = said or f"a crash left {found.path.name}, {lost}"
                 continue
             self.lost, self._left = lost, found.path
+            self._is_behind = self._is_older(found)
             when = time.strftime("%d %B, %H:%M", time.localtime(found.written))
             return f"a crash left work of {when}: R opens it in place of what is here"
         return said
+
+    def _is_older(self, found: Recovery) -> bool:
+        """Was the session saved since the work began that a crash left?"""
+        now = None if self.session_path is None else digest_file(self.session_path)
+        if self.session_path is None or now is None:
+            return False
+        if found.base:
+            return found.base != now.hex()
+        return self.session_path.stat().st_mtime > found.written
+
+    def replace_session(self, path: Path, write: Callable[[], object]) -> None:
+        """Write the session to a file; FileChangedError if that has changed since it was opened or
+        saved last, or since work began that a crash left and that was opened."""
+        if self._is_behind and self._left is not None and self.lost is None:
+            self._is_behind = False
+            if path == self.session_path:
+                self.known.mistrust(path)
+
+        def move(other: Path) -> None:
+            self.session_path = other
+
+        self.known.save(path, write, move=move)
 
     def discard_lost(self) -> None:
         """Delete what a crash left; OSError as deleting does."""
@@ -77,7 +110,7 @@ class SessionWriter(Generic[Kept, Lost]):
         to begin with, goes."""
         self.session_path = path
         if self.autosave is not None:
-            self.autosave.saved(state, path)
+            self.autosave.saved(state, path, "" if path is None else self.known.digest(path))
         self._drop_opened()
 
     def tick(self, state: Kept) -> str:

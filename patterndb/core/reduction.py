@@ -9,6 +9,9 @@ Source: Marcias et al. 2015, section 3.2 ("Pattern reduction"). Differs from the
 asks both chains of a polychord to be free of irregular vertices; one is enough (the
 polychord then runs parallel to its neighbour on that side), and with two many patterns
 would be left half reduced.
+
+Copies of a polychord that crosses itself cross themselves, so neither way takes one of them
+away. :func:`dissolve_straight` does: it undoes all that expansion does.
 """
 
 from __future__ import annotations
@@ -181,6 +184,60 @@ def mark_chains(
                     t = next_edge(twin[next_edge(t)])
                     if t == h:
                         break
+
+
+@kernel
+def dissolve_straight(
+    n_quads: int,
+    twin: Int32Array,
+    vertex: Int32Array,
+    count: Int32Array,
+    full: Int32Array,
+    work: ReductionWork,
+) -> tuple[int, int]:
+    """Reduce a disk as :func:`dissolve` does, and dissolve chains that cross themselves, too.
+
+    Expanding what is left gives the disk back: on both sides of a straight chain lie copies of one
+    polychord, wherever it goes.
+    """
+    work.stamp[0] += 1
+    removed = work.stamp[0]
+    # Half-edges inside from which a walk comes to no end, or to the border.
+    passed = np.zeros(4 * n_quads, np.bool_)
+    for h in range(4 * n_quads):
+        v = vertex[h]
+        is_open = twin[h] < 0
+        if is_open:
+            first = twin[prev_edge(h)] if count[v] == 2 else -1
+        else:
+            first = h if full[v] != NEVER_FULL and not passed[h] else -1
+        if first < 0:
+            continue
+        t = first
+        while True:
+            ahead = next_edge(t)
+            w = vertex[ahead]
+            if full[w] == NEVER_FULL or count[w] != 4:
+                straight = is_open and full[w] == NEVER_FULL and count[w] == 2
+                break
+            passed[t] = True
+            t = next_edge(twin[ahead])
+            if not is_open and (t == first or passed[t]):
+                straight = t == first
+                break
+        if not straight:
+            continue
+        work.gone[vertex[first]] = removed
+        t = first
+        while True:
+            ahead = next_edge(t)
+            work.gone[vertex[ahead]] = removed
+            if full[vertex[ahead]] == NEVER_FULL:
+                break
+            t = next_edge(twin[ahead])
+            if t == first:
+                break
+    return cut_blocks(n_quads, twin, vertex, count, work)
 
 
 @kernel(borrowing=True)

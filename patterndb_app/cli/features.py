@@ -13,6 +13,7 @@ from click.core import ParameterSource
 
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
     Count,
@@ -189,6 +190,9 @@ def features(
     )
     from patterndb_sketch.features.snap import SnapSettings
 
+    known = KnownFiles()
+    if session is not None:
+        known.note(session)
     there = session is not None and (session.exists() or (strokes is None and not view))
     kept = read_session(session) if session is not None and there else FeatureSession(model.name)
     given = _collect_settings(chosen)
@@ -217,7 +221,8 @@ def features(
         lost = {}
     kept = with_curves(kept, found, settings) if found else kept
     if session is not None and found:
-        write_session(session, kept)
+        changed = kept
+        known.save(session, lambda: write_session(session, changed))
         say(f"written: {session}")
     if picture is not None or view:
         from viewer.features import draw, show
@@ -234,6 +239,7 @@ def features(
                     session_path=session,
                     settings=settings,
                     open_file=read_model,
+                    known=known,
                 )
     return EXIT_NOTHING if lost else 0
 

@@ -11,6 +11,7 @@ import click
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import require_extra
 from patterndb.system.files import open_regular
+from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.options import (
     OBJ,
     DatabaseChoice,
@@ -211,6 +212,9 @@ def retopo(
     from patterndb_sketch.retopo.script import Script, read_script, write_script
     from patterndb_sketch.retopo.sessionfile import RetopoSession, write_session
 
+    known = KnownFiles()
+    if session is not None:
+        known.note(session)
     wanted = None if script is None else read_script(script)
     refused: list[tuple[ScriptLine, Outcome]] = []
     done: list[ScriptLine] = []
@@ -233,11 +237,12 @@ def retopo(
         seconds = read_work_clock() - began
         said = Script(start.surface, (*drafted, *done), start.quads)
         if view:
-            _look(editor, name, session, record, said)
+            _look(editor, name, session, record, said, known)
             found = editor.fill()
         mesh = editor.mesh(found)
         if session is not None and (wanted is not None or draft) and not view:
-            write_session(session, RetopoSession(start.ground, editor.state, name))
+            made_session = RetopoSession(start.ground, editor.state, name)
+            known.save(session, lambda: write_session(session, made_session))
             say(f"written: {session}")
         if record is not None and not view:
             write_script(record, said)
@@ -345,13 +350,26 @@ def _play_script(
 
 
 def _look(
-    editor: Editor, title: str, session: Path | None, record: Path | None, said: Script
+    editor: Editor,
+    title: str,
+    session: Path | None,
+    record: Path | None,
+    said: Script,
+    known: KnownFiles,
 ) -> None:
     """Open the window, until it is closed."""
     from viewer.retopo import show
 
     with hushed():
-        show(editor, title=title, session=session, script=record, begun=said, write_mesh=_write)
+        show(
+            editor,
+            title=title,
+            session=session,
+            script=record,
+            begun=said,
+            write_mesh=_write,
+            known=known,
+        )
 
 
 def _write(path: Path, mesh: RetopoMesh) -> None:

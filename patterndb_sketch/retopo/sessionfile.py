@@ -271,6 +271,7 @@ def autosave_session(
     state: State,
     *,
     session: Path | None = None,
+    base: str = "",
     folder: Path | None = None,
     name: str = "",
     every: float = EVERY,
@@ -284,7 +285,14 @@ def autosave_session(
         return session_bytes(RetopoSession(ground, state, name), surface())
 
     return Autosave(
-        encode, state, session=session, folder=folder, same=State.same, every=every, clock=clock
+        encode,
+        state,
+        session=session,
+        base=base,
+        folder=folder,
+        same=State.same,
+        every=every,
+        clock=clock,
     )
 
 

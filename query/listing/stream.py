@@ -48,6 +48,7 @@ from query.listing.table import (
     get_relaxed_table,
     get_strict_table,
 )
+from query.recognise import reread_fill
 from query.solving.batch import Question, pose_question
 from query.solving.feasibility import find_feasible_rows
 from query.stroke import Stroke
@@ -760,8 +761,10 @@ class _Sieve:
         if ended[0]:
             return None
         first = self._first
-        maybe_first = first is not None and candidate.pattern_id == first.pattern.id
-        if maybe_first and hash_fill(fill, self._closed) == self._first_key:
+        maybe_first = candidate.may_repeat or (
+            first is not None and candidate.pattern_id == first.pattern.id
+        )
+        if first is not None and maybe_first and hash_fill(fill, self._closed) == self._first_key:
             return None
         if not q.wants(fill.origin):
             return None
@@ -776,6 +779,10 @@ class _Sieve:
             return None
         self._of_pattern[candidate.pattern_id] += 1
         self._passed.append(candidate)
+        pattern = fill.pattern
+        plain = pattern.chiral and pattern.rotations == 1 and not pattern.self_crossing
+        if candidate.may_repeat and (fill.strict or not plain):
+            return reread_fill(fill, q.boundary)
         return fill
 
     def _is_full(self, pattern_id: int) -> bool:

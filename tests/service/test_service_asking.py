@@ -84,6 +84,16 @@ def test_the_same_question_has_the_same_list(
         assert (again.truncated, again.stopped) == (whole["truncated"], whole["stopped"])
 
 
+@pytest.mark.parametrize("lengths", [(8,), (10,), (3, 5), (4, 6)])
+def test_the_client_takes_fills_with_a_widened_polychord_that_crosses_itself(
+    starter: ServedHere, source: PatternSource, lengths: tuple[int, ...]
+) -> None:
+    boundary = Boundary(lengths)
+    here = [fill.to_json() for fill in patterndb.fills(source, boundary, limit=20)]
+    with patterndb.connect(starter.url) as remote:
+        assert [fill.to_json() for fill in remote.fills(boundary, limit=20)] == here
+
+
 TRIANGLE: dict[str, Any] = {
     "sides": [[[0, 0], [4, 0]], [[4, 0], [4, 3]], [[4, 3], [0, 0]]],
     "lengths": [4, 3, 5],

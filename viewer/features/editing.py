@@ -49,6 +49,7 @@ class FeatureFiles(Protocol):
 
     def tick(self, state: FeatureEdits) -> str: ...
     def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str: ...
+    def read_again(self) -> FeatureSession: ...
     def save_network(self, network: DrawnNetwork) -> str: ...
     def save_lines(self, lines: Mapping[str, Points]) -> str: ...
 
@@ -296,15 +297,30 @@ class FeatureEditing:
         if self.files is None or found is None:
             self.message = "there is nothing that a crash left"
             return
+        self._replace(found)
+        self.files.lost = None
+        self.message = "this is what the crash left; s saves it, and its file goes then"
+
+    def reload(self) -> None:
+        """Take what the session's file holds by now in place of the curves that there are, as one
+        step; PatternDBError or OSError if it cannot be read."""
+        if self.files is None:
+            self.message = "sessions cannot be read here"
+            return
+        self._replace(self.files.read_again())
+        self._saved = self.edits
+        self.message = "this is what the file holds; undo brings back what was drawn here"
+
+    def _replace(self, session: FeatureSession) -> None:
+        """Take the curves of a session, as one step."""
         self._drop()
-        self._session = found
-        made, self.settings = open_session_curves(found, self.settings, self._next)
+        self._session = session
+        made, self.settings = open_session_curves(session, self.settings, self._next)
         self._next += len(made)
         self._looks.update(made)
         self._last.update((curve.key, look) for curve, look in made)
         self.steps.step(FeatureEdits(tuple(curve for curve, _ in made)))
-        self.selected = self.files.lost = None
-        self.message = "this is what the crash left; s saves it, and its file goes then"
+        self.selected = None
 
     def _saved_by(self, save: Callable[[FeatureFiles], str]) -> bool:
         self.settle()

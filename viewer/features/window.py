@@ -7,8 +7,10 @@ from pathlib import Path
 
 from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
+from patterndb.system.knownfiles import KnownFiles
 from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.features.edits import FeatureEdits
+from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import (
@@ -37,6 +39,7 @@ def show(
     session_path: Path | None,
     settings: SnapSettings,
     open_file: Callable[[Path], Model] | None = None,
+    known: KnownFiles | None = None,
     keys: str = "",
     folder: Path | str = ".",
     window_size: tuple[int, int] = WINDOW,
@@ -46,7 +49,8 @@ def show(
     title: of the window. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
     :func:`patterndb_sketch.features.edits.open_session_curves`. open_file: reads another model, on
-    which curves are drawn from then on. keys: pressed first, with spaces between. folder: for
+    which curves are drawn from then on. known: what the session was when it was read; by default
+    as it is now. keys: pressed first, with spaces between. folder: for
     what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError
@@ -60,7 +64,7 @@ def show(
     check_display()
 
     def make_saver(on: Model, begun: FeatureSession, path: Path | None) -> FeatureSaver:
-        files = FeatureWriter(Path(folder), path)
+        files = FeatureWriter(Path(folder), path, None, known)
         state = FeatureState(on, session=begun, settings=settings, files=files)
         state.message = files.watch(state, begun.mesh)
         return FeatureSaver(state, files, window_size)
@@ -124,6 +128,7 @@ class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
             lambda edits: session_bytes(editing.session(edits)),
             editing.edits,
             session=self.session_path,
+            base="" if self.session_path is None else self.known.digest(self.session_path),
             folder=self._folder,
             unnamed=self.unnamed,
         )
@@ -137,10 +142,17 @@ class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
 
         return self.find_recovery(read)
 
+    def read_again(self) -> FeatureSession:
+        """Read the session that is in the file by now."""
+        if self.session_path is None:
+            raise InvalidFeatureError("there is no session to be read: none was saved yet")
+        self.known.note(self.session_path)
+        return read_session(self.session_path)
+
     def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("features", ".session")
-        write_session(path, session)
+        self.replace_session(path, lambda: write_session(path, session))
         self.note_saved(edits, path)
         return f"saved {path}"
 

@@ -280,6 +280,7 @@ class RetopoFiles(Protocol):
     lost: State | None
 
     def save_session(self, ground: Ground, state: State) -> str: ...
+    def read_again(self, ground: Ground) -> State: ...
     def save_mesh(self, mesh: RetopoMesh) -> str: ...
     def save_script(self, calls: tuple[Call, ...]) -> str: ...
     def tick(self, state: State) -> str: ...
@@ -394,6 +395,18 @@ class RetopoEditing:
         if done:
             self._saved = state
         return done
+
+    def reload(self) -> None:
+        """Go on from what the session's file holds by now; PatternDBError or OSError if it cannot
+        be read."""
+        if self.files is None:
+            self.message = "sessions cannot be read here"
+            return
+        found = self.files.read_again(self.ground)
+        self.work.begin(found)
+        self._saved = found
+        self.calls = None
+        self.message = "this is what the file holds; what was done here is gone"
 
     def save_mesh(self) -> None:
         """Save the quads."""

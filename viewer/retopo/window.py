@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb.system.knownfiles import FileChangedError, KnownFiles
 from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.retopo.editor import Call, Editor, State
+from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
@@ -46,6 +47,7 @@ def show(
     script: Path | None = None,
     begun: Script | None = None,
     write_mesh: WriteMesh | None = None,
+    known: KnownFiles | None = None,
     keys: str = "",
     folder: Path | str = ".",
     window_size: tuple[int, int] = WINDOW,
@@ -57,7 +59,8 @@ def show(
     where calls are saved; if it is given, at the end in any case. What is not saved is kept beside
     the session, or in the folder, in case of a crash. begun: how a script of what was done before
     begins, with how it names the surface; by default only with the title as that name.
-    write_mesh: writes quads. keys: pressed first, with spaces
+    write_mesh: writes quads. known: what the session was when it was read; by default as it is
+    now. keys: pressed first, with spaces
     between. folder: for what keys save. window_size: pixels.
 
     Raises ValueError for a key there is not, DisplayError if no window can be opened here, and
@@ -71,10 +74,11 @@ def show(
     folder = Path(folder)
     said = Script(title, ()) if begun is None else begun
     name = Path(said.surface).name
-    autosave = autosave_session(
-        editor.ground, editor.state, session=session, folder=folder, name=name
-    )
-    files = RetopoWriter(folder, session, script, said, write_mesh, autosave)
+    files = RetopoWriter(folder, session, script, said, write_mesh, None, known)
+    files.autosave = autosave_session(
+        editor.ground, editor.state, session=session, folder=folder, name=name,
+        base="" if session is None else files.known.digest(session),
+    )  # fmt: skip
     state = RetopoState(editor, files=files)
     state.message = files.find_lost(editor.ground)
     from viewer.retopo.docks import RetopoWindow
@@ -141,9 +145,12 @@ class RetopoWriter(SessionWriter[State, State]):
         begun: Script,
         write_mesh: WriteMesh | None,
         autosave: Autosave[State] | None = None,
+        known: KnownFiles | None = None,
     ) -> None:
-        super().__init__(folder, session, autosave)
+        super().__init__(folder, session, autosave, known)
         self._script, self._begun = script, begun
+        if script is not None:
+            self.known.note_once(script)
         self._ends_with_script = script is not None
         self._write_mesh = write_mesh
 
@@ -152,20 +159,33 @@ class RetopoWriter(SessionWriter[State, State]):
 
         def read(path: Path) -> State | str:
             kept = read_session(path)
-            same = np.array_equal(kept.ground.vertices, ground.vertices) and np.array_equal(
-                kept.ground.triangles, ground.triangles
-            )
-            return kept.state if same else (
+            return kept.state if kept.ground.is_same(ground) else (
                 f"of another surface, {kept.name or 'unnamed'}; rename it to end in .retopo, and "
                 "give it as --session to go on from it"
             )  # fmt: skip
 
         return self.find_recovery(read)
 
+    def read_again(self, ground: Ground) -> State:
+        """Read the session that is in the file by now; InvalidRetopoError if it is of another
+        surface."""
+        path = self.session_path
+        if path is None:
+            raise InvalidRetopoError("there is no session to be read: none was saved yet")
+        self.known.note(path)
+        kept = read_session(path)
+        if not kept.ground.is_same(ground):
+            raise InvalidRetopoError(
+                f"{path} is of another surface by now, {kept.name or 'unnamed'}: open it in "
+                "another window"
+            )
+        return kept.state
+
     def save_session(self, ground: Ground, state: State) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("retopo", ".retopo")
-        write_session(path, RetopoSession(ground, state, Path(self._begun.surface).name))
+        kept = RetopoSession(ground, state, Path(self._begun.surface).name)
+        self.replace_session(path, lambda: write_session(path, kept))
         self.note_saved(state, path)
         return f"saved {path}"
 
@@ -174,7 +194,12 @@ class RetopoWriter(SessionWriter[State, State]):
         nothing to write."""
         wanted, self._ends_with_script = self._ends_with_script and bool(calls), False
         if wanted:
-            self.save_script(calls or ())
+            try:
+                self.save_script(calls or ())
+            except FileChangedError as error:
+                # The window is closed: nobody can be asked, and both are kept.
+                self._script = self.free(error.path.stem, error.path.suffix)
+                raise InvalidRetopoError(f"{error}; {self.save_script(calls or ())}") from error
         return wanted
 
     def save_mesh(self, mesh: RetopoMesh) -> str:
@@ -191,7 +216,12 @@ class RetopoWriter(SessionWriter[State, State]):
         before = self._begun.lines
         first = 2 + len(before)
         lines = tuple(ScriptLine(number, call) for number, call in enumerate(calls, first))
-        write_script(path, replace(self._begun, lines=(*before, *lines)))
+        said = replace(self._begun, lines=(*before, *lines))
+
+        def move(other: Path) -> None:
+            self._script = other
+
+        self.known.save(path, lambda: write_script(path, said), move=move)
         self._script = path
         return f"saved {path}"
 
@@ -240,8 +270,11 @@ class RetopoSaver(saver.SessionSaver):
     def end(self, *, discarded: bool) -> None:
         self.state.close()
         self.state.editing.take()
-        written = self.files.end_script(self.state.editing.calls)
-        super().end(discarded=discarded or written)
+        written = True
+        try:
+            written = self.files.end_script(self.state.editing.calls)
+        finally:
+            super().end(discarded=discarded or written)
 
     def would_lose(self) -> str:
         if self.state.tool.holding:

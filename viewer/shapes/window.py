@@ -118,6 +118,8 @@ class ShapesSaver(saver.Saver):
     def __init__(self, state: ShapesState, output: Path | None, size: tuple[int, int]) -> None:
         super().__init__(state, KEYS, size)
         self._output = output
+        if output is not None:
+            self.known.note(output)
 
     def watch(self) -> None:
         """Keep the shape from now on in case of a crash, beside the output, and read what one
@@ -175,7 +177,7 @@ class ShapesSaver(saver.Saver):
 
     def write(self, path: Path) -> str:
         """Write the shape to a file."""
-        write_shape(path, self.state.shaping)
+        self.known.save(path, lambda: write_shape(path, self.state.shaping))
         self.state.shaping.mark_saved()
         self.note_saved()
         return f"saved {path}"

@@ -245,6 +245,7 @@ class ShellWindow(QMainWindow):
     def run_command(self, command: Command[Any]) -> None:
         """Obey a command, and show what came of it."""
         self._failed = ""
+        self.saver.known.refused = None
         refused = self.saver.refuse(command)
         state = self.state
         state.message = refused
@@ -253,6 +254,69 @@ class ShellWindow(QMainWindow):
                 command.run(state)
             except (PatternDBError, OSError) as error:
                 state.message = str(error)
+        self.show_change()
+        if self.saver.known.refused is not None:
+            self._settle_refused(lambda: self.run_command(command))
+
+    def _settle_refused(
+        self, again: Callable[[], object], save_as: Callable[[], object] | None = None
+    ) -> None:
+        """Ask what to do about a file that somebody else has changed since it was opened or saved
+        here, and do it. again: saves once more. save_as: saves to another file, by default the
+        refused save after it was moved there."""
+        saver = self.saver
+        refused, saver.known.refused = saver.known.refused, None
+        if refused is None:
+            return
+        reload = saver.reload(refused.path)
+        box = QMessageBox(self)
+        box.setIcon(QMessageBox.Icon.Warning)
+        box.setWindowTitle(self._title)
+        box.setText(f"{refused.path.name} has changed since it was opened or saved here.")
+        box.setInformativeText(
+            f"Another window or program wrote {refused.path}. Nothing was saved."
+        )
+        roles = QMessageBox.ButtonRole
+        buttons: dict[object, Callable[[], object]] = {}
+
+        def add(
+            title: str, tip: str, role: QMessageBox.ButtonRole, do: Callable[[], object]
+        ) -> None:
+            button = box.addButton(title, role)
+            button.setToolTip(tip)
+            buttons[button] = do
+
+        def overwrite() -> None:
+            saver.known.note(refused.path)
+            again()
+
+        def move() -> None:
+            name, _ = QFileDialog.getSaveFileName(
+                self, "Save as", str(refused.path), f"*{refused.path.suffix}"
+            )
+            if name and refused.move is not None:
+                path = Path(name)
+                path = path if path.suffix else path.with_suffix(refused.path.suffix)
+                saver.known.forget(path)
+                refused.move(path)
+                again()
+
+        if reload is not None:
+            add("&Reload", "Show what the file holds; what was done here is lost",
+                roles.DestructiveRole, reload)  # fmt: skip
+        if save_as is not None or refused.move is not None:
+            add("Save &as…", "Save to another file", roles.AcceptRole, save_as or move)
+        add("&Overwrite", "Replace what the other wrote", roles.DestructiveRole, overwrite)
+        cancel = box.addButton(QMessageBox.StandardButton.Cancel)
+        box.setDefaultButton(cancel)
+        box.exec()
+        do = buttons.get(box.clickedButton())
+        if do is None:
+            return
+        try:
+            do()
+        except (PatternDBError, OSError) as error:
+            self.state.message = str(error)
         self.show_change()
 
     def _list_window_commands(self) -> list[Command[Any]]:
@@ -371,13 +435,25 @@ class ShellWindow(QMainWindow):
             path = Path(name)
             if not path.suffix:
                 path = path.with_suffix(way.suffix)
+            # Whoever chose it has agreed to replace it.
+            self.saver.known.forget(path)
+        return self._save_to(way, path)
+
+    def _save_to(self, way: SaveWay, path: Path) -> bool:
+        """Save something to a file; False if it was not."""
         state = self.state
         try:
             state.message = way.write(path)
         except (PatternDBError, OSError) as error:
             state.message = f"not saved: {error}"
+        if self.saver.known.refused is not None or state.message.startswith("not saved:"):
             self.show_change()
-            return False
+            saved: list[bool] = []
+            self._settle_refused(
+                lambda: saved.append(self._save_to(way, path)),
+                lambda: saved.append(self.save_by(way, ask=True)),
+            )
+            return saved == [True]
         if path.exists():
             self.settings.add_recent_file(self.saver.kind, path)
             self._fill_recent()

@@ -161,7 +161,8 @@ class SurfacingSaver(saver.Saver):
             return "there is no surface to save"
         if self._write_obj is None:
             return "surfaces cannot be saved here: no way to write them was given"
-        self._write_obj(path, made.surfacing)
+        write, surfacing = self._write_obj, made.surfacing
+        self.known.save(path, lambda: write(path, surfacing))
         self.state.mark_saved()
         self.note_saved()
         return f"saved {path}"

@@ -147,6 +147,12 @@ class Ground:
         surface = Surface.from_polygons(mesh)
         return cls.of(surface.vertices, surface.triangles)
 
+    def is_same(self, other: Ground) -> bool:
+        """Has another ground the same vertices and triangles?"""
+        return np.array_equal(self.vertices, other.vertices) and np.array_equal(
+            self.triangles, other.triangles
+        )
+
     @property
     def vertices(self) -> Points:
         """(v, 3) float64."""
