@@ -44,6 +44,17 @@ class RimPlane:
         off = float(np.abs(spokes @ normal).max())
         return cls(centre, normal, diameter, off / diameter if diameter > 0 else 0.0)
 
+    def measure_area(self, points: Floats) -> float:
+        """Measure the area that a boundary (L, 3) has in the plane."""
+        spokes = points - self.centre
+        area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+        return float(area @ self.normal) / 2
+
+    def measure_radius(self, points: Floats) -> float:
+        """Measure twice the area of a boundary (L, 3) by its length, a circle's radius."""
+        length = float(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum())
+        return 2 * self.measure_area(points) / length if length > 0 else 0.0
+
     def project(self, points: Floats) -> Floats:
         """The nearest points (k, 3) of the plane."""
         return points - np.outer((points - self.centre) @ self.normal, self.normal)
@@ -116,16 +127,26 @@ def measure_walls(hole: Hole, plane: RimPlane) -> Walls:
     return Walls(angle, turn, np.array(depths))
 
 
-#: A boundary this near to its plane, as a part of its diameter, is planar.
-PLANAR = 0.01
+#: A boundary this near to its plane, as a part of its diameter, is planar; one this near where all
+#: faces outside leave its plane steeply, by STEEP radians on either side. By benchmarks/caps.py, as
+#: the numbers below.
+PLANAR, NEARLY_PLANAR, STEEP = 0.01, 0.04, np.radians(45.0)
 
-#: One this near is planar enough where all faces outside leave its plane steeply, by STEEP radians.
-NEARLY_PLANAR, STEEP = 0.03, np.radians(35.0)
+#: Faces outside that leave the plane at these angles, in radians, may be those of a dome.
+DOME_ANGLES = (np.radians(10.0), np.radians(120.0))
+
+#: A dome has no crease: the next face turns by at most this, in radians; and by about as much at
+#: all edges: the mean is this many times the standard deviation.
+DOME_TURN, DOME_EVEN = np.radians(40.0), 3.0
+
+#: A sphere's curvature, times the radius of the boundary, is the sine of the angle at which faces
+#: leave the plane. That of a dome is this many times as much, at least and at most.
+DOME_ROUND = (0.5, 2.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatCap:
-    """Where a flat fill lies. steep: do all faces outside leave the plane steeply, to one side?"""
+    """Where a flat fill lies. steep: do all faces outside leave the plane steeply?"""
 
     plane: RimPlane
     steep: bool
@@ -135,20 +156,30 @@ def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
     """Where the fills of a hole are to lie flat; None where they go on smoothly."""
     if shape == "smooth":
         return None
-    plane = RimPlane.of(hole.points)
+    points = hole.points
+    plane = RimPlane.of(points)
     if shape == "auto" and plane.off > NEARLY_PLANAR:
         return None
-    steep = is_steep(measure_walls(hole, plane))
-    if shape == "flat" or plane.off <= PLANAR or steep:
-        return FlatCap(plane, steep)
-    return None
+    walls = measure_walls(hole, plane)
+    steep = len(walls.angle) > 0 and bool((np.abs(np.sin(walls.angle)) >= np.sin(STEEP)).all())
+    is_flat = plane.off <= PLANAR or steep
+    if shape == "auto" and (not is_flat or _is_dome(walls, plane.measure_radius(points))):
+        return None
+    return FlatCap(plane, steep)
 
 
-def is_steep(walls: Walls) -> bool:
-    """Do all faces outside leave the plane of the boundary steeply, to one side?"""
-    return len(walls.angle) > 0 and bool(
-        ((walls.angle >= STEEP) & (walls.angle <= np.pi - STEEP)).all()
-    )
+def _is_dome(walls: Walls, radius: float) -> bool:
+    """Do the faces outside bend as those of a sphere that closes over the hole?"""
+    known = np.isfinite(walls.turn)
+    if 2 * int(known.sum()) < len(known) or not known.any():
+        return False
+    angle, turn = float(walls.angle.mean()), float(walls.turn[known].mean())
+    if not DOME_ANGLES[0] <= angle <= DOME_ANGLES[1] or not 0 < turn <= DOME_TURN:
+        return False
+    if DOME_EVEN * float(walls.turn[known].std()) > turn:
+        return False
+    depth = float(walls.depth[known].mean())
+    return DOME_ROUND[0] <= turn / max(depth, 1e-300) * radius / np.sin(angle) <= DOME_ROUND[1]
 
 
 #: A boundary turns at a vertex whose angle, in its plane, is off a straight one by more than TURN;
@@ -185,9 +216,7 @@ def list_cap_quads(loop: Floats, plane: RimPlane) -> list[Int32Array]:
     after = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
     grid = _choose_grid(angles, after)
     found = [_make_rings(n, 0, grid)]
-    spokes = loop - plane.centre
-    area = float(np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0) @ plane.normal) / 2
-    if sharp == 0 and 4 * np.pi * area >= ROUND * float(after.sum()) ** 2:
+    if sharp == 0 and 4 * np.pi * plane.measure_area(loop) >= ROUND * float(after.sum()) ** 2:
         if n >= ONE_RING:
             found.append(_make_rings(n, 1, grid))
         if n > ONE_RING:

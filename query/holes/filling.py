@@ -88,6 +88,7 @@ class HoleFill:
               shows a part of the hole, that of the rest.
     ngon:     (L,) int32 the corners of the one face that fills the hole instead of quads; None
               where quads do.
+    flat:     was it laid in the plane of the hole's boundary?
     """
 
     hole: Hole
@@ -101,6 +102,7 @@ class HoleFill:
     valences: Int32Array
     fill: Fill | None
     ngon: Int32Array | None = None
+    flat: bool = False
 
     @property
     def n_quads(self) -> int:
@@ -146,6 +148,7 @@ class HoleFill:
             "points": self.points.tolist(),
             "n_irregular": self.n_irregular,
             "flipped": self.flipped,
+            "flat": self.flat,
         }
 
 
@@ -422,9 +425,9 @@ def _list_fills(
             if search.take_new(quads, n + len(points), n) is not None:
                 yield _twin_fill(hole, around, quads, points, chosen)
         elif (same := _mirror_fill(hole, around, like, ground)) is not None:
-            quads, points = same
+            quads, points, is_flat = same
             if search.take_new(quads, n + len(points), n) is not None:
-                yield _twin_fill(hole, around, quads, points, chosen)
+                yield _twin_fill(hole, around, quads, points, chosen, is_flat)
         else:
             for fill in _continue_part(
                 db, hole, around, surface, cap, chosen, time_limit, threads, models
@@ -466,7 +469,8 @@ def _cap_fills(
         if ground.count_flipped(quads, points) or search.take_new(quads, len(counts), n) is None:
             continue
         fill = as_fill(quads, Boundary.closed(n), "constructed")
-        yield _renumber(hole, ground.around, quads, points, AHEAD - rank, False, 0, fill)
+        capped = _renumber(hole, ground.around, quads, points, AHEAD - rank, False, 0, fill)
+        yield replace(capped, flat=True)
 
 
 def _ngon_fill(hole: Hole) -> HoleFill:
@@ -474,8 +478,8 @@ def _ngon_fill(hole: Hole) -> HoleFill:
     n = len(hole)
     if len(set(hole.loop.tolist())) < n:
         raise InvalidQueryError(
-            f"the loop at vertex {int(hole.loop[0])} runs through a vertex twice, and a face cannot; "
-            "leave ngon out"
+            f"the loop at vertex {int(hole.loop[0])} runs through a vertex twice, and a face "
+            "cannot; leave ngon out"
         )
     none = np.zeros((0, 4), np.int32)
     fill = _renumber(hole, look_around(hole), none, np.zeros((0, 3)), float("inf"), False, 0, None)
@@ -485,8 +489,9 @@ def _ngon_fill(hole: Hole) -> HoleFill:
 
 def _mirror_fill(
     hole: Hole, around: Surroundings, like: Sequence[HoleFill], ground: HoleGround
-) -> tuple[Int32Array, NDArray[np.float64]] | None:
-    """The fill of a hole of which this one is the mirror image, turned to fit, and placed."""
+) -> tuple[Int32Array, NDArray[np.float64], bool] | None:
+    """The fill of a hole of which this one is the mirror image, turned to fit, and placed; and
+    whether it is flat."""
     for other in like:
         if other.ngon is not None:
             continue
@@ -497,11 +502,11 @@ def _mirror_fill(
         n_vertices = len(hole) + len(other.points)
         quads = match.mirror_quads(other.local, n_vertices)
         if match.exact:
-            return quads, match.mirror_points(other.points)
+            return quads, match.mirror_points(other.points), other.flat
         placed = place_fill(around, quads, n_vertices)
         points = ground.lay(quads, placed.points)
         if ground.count_flipped(quads, points) <= other.flipped:
-            return quads, points
+            return quads, points, ground.plane is not None
     return None
 
 
@@ -614,9 +619,10 @@ def _hole_fill(
     if ground.moves:
         points = ground.lay(candidate.quads, points)
         turned = ground.count_flipped(candidate.quads, points)
-    return _renumber(
+    fill = _renumber(
         hole, ground.around, candidate.quads, points, score, False, turned, candidate.fill
     )
+    return replace(fill, flat=ground.plane is not None)
 
 
 def _twin_fill(
@@ -625,13 +631,15 @@ def _twin_fill(
     quads: Int32Array,
     points: NDArray[np.float64],
     chosen: HoleGround | None,
+    is_flat: bool = False,
 ) -> HoleFill:
     placed = place_fill(around, quads, len(hole) + len(points))
     flipped = placed.flipped
     if chosen is not None:
         points = chosen.lay(quads, placed.points)
-        flipped = chosen.count_flipped(quads, points)
-    return _renumber(hole, around, quads, points, float("inf"), True, flipped, None)
+        flipped, is_flat = chosen.count_flipped(quads, points), chosen.plane is not None
+    fill = _renumber(hole, around, quads, points, float("inf"), True, flipped, None)
+    return replace(fill, flat=is_flat)
 
 
 def _renumber(
