@@ -423,11 +423,11 @@ def _list_fills(
         if found is not None:
             quads, points = found
             if search.take_new(quads, n + len(points), n) is not None:
-                yield _twin_fill(hole, around, quads, points, chosen)
+                yield _mirrored_fill(hole, around, quads, points, chosen)
         elif (same := _mirror_fill(hole, around, like, ground)) is not None:
             quads, points, is_flat = same
             if search.take_new(quads, n + len(points), n) is not None:
-                yield _twin_fill(hole, around, quads, points, chosen, is_flat)
+                yield _mirrored_fill(hole, around, quads, points, chosen, is_flat=is_flat)
         else:
             for fill in _continue_part(
                 db, hole, around, surface, cap, chosen, time_limit, threads, models
@@ -601,10 +601,8 @@ def _continue_part(
         quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]
         local = np.array([*found[0].tolist(), *quads], np.int32)
         points = np.concatenate([found[1], fill.points])
-        if chosen is not None:
-            points = chosen.lay(local, place_fill(around, local, n + len(points)).points)
-        flipped = count_flipped(around, local, points)
-        yield _renumber(hole, around, local, points, fill.score + AHEAD, False, flipped, fill.fill)
+        score = fill.score + AHEAD
+        yield _mirrored_fill(hole, around, local, points, chosen, score=score, fill=fill.fill)
 
 
 def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float64]:
@@ -625,21 +623,26 @@ def _hole_fill(
     return replace(fill, flat=ground.plane is not None)
 
 
-def _twin_fill(
+def _mirrored_fill(
     hole: Hole,
     around: Surroundings,
     quads: Int32Array,
     points: NDArray[np.float64],
     chosen: HoleGround | None,
+    *,
     is_flat: bool = False,
+    score: float = float("inf"),
+    fill: Fill | None = None,
 ) -> HoleFill:
-    placed = place_fill(around, quads, len(hole) + len(points))
-    flipped = placed.flipped
-    if chosen is not None:
-        points = chosen.lay(quads, placed.points)
-        flipped, is_flat = chosen.count_flipped(quads, points), chosen.plane is not None
-    fill = _renumber(hole, around, quads, points, float("inf"), True, flipped, None)
-    return replace(fill, flat=is_flat)
+    """A fill that lies as the other side does, or, where the caller chose how, on that ground."""
+    if chosen is None:
+        flipped = count_flipped(around, quads, points)
+    else:
+        smooth = place_fill(around, quads, len(hole) + len(points)).points
+        points, is_flat = chosen.lay(quads, smooth), chosen.plane is not None
+        flipped = chosen.count_flipped(quads, points)
+    made = _renumber(hole, around, quads, points, score, fill is None, flipped, fill)
+    return replace(made, flat=is_flat)
 
 
 def _renumber(
