@@ -55,7 +55,7 @@ MOST_AT_CREASES, MOST_GROWN = 400, 120
 FARTHEST_OFF, MATTERS, EVIDENCE = 0.06, 0.02, 0.1
 
 #: Caps of a mesh that are filled with --fills.
-FILLED = 8
+FILLED = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -205,8 +205,9 @@ def list_cap_quads(loop: Floats, plane: RimPlane) -> list[Int32Array]:
 
     loop: (L, 3), L even. A grid whose four corners are where the boundary turns, on a round one
     where its sides are most equal; and on a round one a ring of quads around a grid, a ring around
-    a pole, and two rings around a grid. Vertices of the loop are 0..L-1, inner ones follow. None
-    where the boundary turns back, or at another number of places that a grid has no corners for.
+    a pole, and two rings around a grid. Vertices of the loop are 0..L-1, inner ones follow. The
+    list is empty where the boundary turns back, and where it has three sharp corners or more than
+    four, which no grid fits.
     """
     n = len(loop)
     angles = _measure_angles(loop, plane)

@@ -352,7 +352,7 @@ def _refuse_loop(hole: Hole) -> None:
     if n % 2:
         raise InvalidQueryError(
             f"the loop at vertex {int(hole.loop[0])} has {n} edges, an odd number, and quads alone "
-            f"cannot fill it; {_tell_ways(hole)}"
+            f"cannot fill it; {_tell_ways(hole)}; ngon fills it with one face"
         )
     if not MIN_PERIMETER <= n <= MAX_PERIMETER:
         raise InvalidQueryError(

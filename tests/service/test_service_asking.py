@@ -14,6 +14,7 @@ from shared import EXAMPLES
 import patterndb
 from patterndb import Boundary, Stroke
 from patterndb_app.cli import cli
+from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES
 from query.engine import PatternSource
 
 NDJSON = {"Accept": "application/x-ndjson"}
@@ -225,6 +226,43 @@ def test_a_hole_is_filled_as_the_library_fills_it(starter: ServedHere, source: o
     assert len(answer["mesh"]["faces"]) == len(faces) + len(expected[0]["quads"])
     closed = starter.http.post("/v1/holes", json={"mesh": mesh})
     assert closed.status_code == 422 and "name a vertex" in closed.json()["error"]
+
+
+def test_a_fill_lies_as_it_is_asked_to(starter: ServedHere, source: object) -> None:
+    n = 8
+    at = 2 * np.pi * np.arange(n) / n
+    points = [[float(np.cos(t)), float(np.sin(t)), z] for z in (0.0, 1.0) for t in at]
+    faces = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    mesh, polygons = {"points": points, "faces": faces}, patterndb.PolygonMesh.from_faces
+    listed = starter.http.get("/v1/shapes").json()
+    assert [shape["name"] for shape in listed["shapes"]] == list(SHAPES)
+    assert listed["tension"] == [LEAST_TENSION, MOST_TENSION]
+    asked: tuple[dict[str, Any], ...] = (
+        {},
+        {"shape": "flat"},
+        {"shape": "smooth", "tension": 0.25},
+        {"ngon": True, "weld": 1},
+    )
+    for options in asked:
+        question = {"mesh": mesh, "loop": [n], "limit": 2, **options}
+        answer = starter.http.post("/v1/holes", json=question).json()
+        options.pop("weld", None)
+        found = patterndb.fill_holes(
+            source,  # type: ignore
+            polygons(points, faces),
+            loop=[n],
+            limit=2,
+            **options,
+        )
+        assert answer["holes"][0]["fills"] == [fill.to_json() for fill in found]
+    assert answer["mesh"]["faces"][-1] == answer["holes"][0]["fills"][0]["ngon"]
+    for options, word in (
+        ({"shape": "round"}, "shape"),
+        ({"tension": 2}, "tension: 2 is not a number from 0 to 1"),
+        ({"shape": "flat", "tension": 0.5}, "no tension"),
+    ):
+        refused = starter.http.post("/v1/holes", json={"mesh": mesh, "loop": [n], **options})
+        assert refused.status_code == 400 and word in refused.json()["error"]
 
 
 def test_who_closes_a_stream_ends_the_search(starter: ServedHere) -> None:

@@ -83,22 +83,19 @@ export class HoleView {
 
   setShown(shown: boolean): void {
     this.stage.setDrawing(shown);
-    if (shown && !this.shapes) void this.loadShapes();
   }
 
   private async loadShapes(): Promise<void> {
     try {
       this.shapes = await askShapes();
-      this.showChoices();
+      this.showChoices(this.shapes);
     } catch (error) {
       this.tell(readMessage(error), true);
     }
   }
 
   /** Makes the choices of shape and tension. */
-  private showChoices(): void {
-    if (!this.shapes) return;
-    const { shapes, tension } = this.shapes;
+  private showChoices({ shapes, tension }: ShapeInfo): void {
     const what = make("p", { class: "hint", id: "hole-shape-help" });
     const names = shapes.map(({ name }): [string, string] => [name, name]);
     const shape = makeSelect("hole-shape", names, this.shape ?? names[0]![0], (name) => {
@@ -141,7 +138,8 @@ export class HoleView {
   async show(values: URLSearchParams): Promise<void> {
     if (values.has("shape")) this.shape = values.get("shape");
     if (values.has("tension")) this.tension = parseNumber(values.get("tension")!);
-    this.showChoices();
+    if (this.shapes) this.showChoices(this.shapes);
+    else void this.loadShapes();
     if (values.get("mesh") !== EXAMPLE.name || this.name === EXAMPLE.name) return;
     await this.openExample();
     const vertex = Number(values.get("loop"));
