@@ -14,8 +14,10 @@ from msgspec import Meta
 from patterndb.system.documents import Entries
 from query.errors import InvalidQueryError
 
+Shape = Literal["auto", "flat", "smooth"]
+
 #: The shapes that can be asked for, the default first, and what each does.
-SHAPES: dict[str, str] = {
+SHAPES: dict[Shape, str] = {
     "auto": "flat where the boundary is that of a cap, smooth elsewhere",
     "flat": "new vertices lie in the plane of the boundary",
     "smooth": "the surface goes on as it arrives",
@@ -23,8 +25,6 @@ SHAPES: dict[str, str] = {
 
 #: The least tension, which is the default, and the greatest.
 LEAST_TENSION, MOST_TENSION = 0.0, 1.0
-
-Shape = Literal[tuple(SHAPES)]  # type: ignore[valid-type]
 
 Tension = Annotated[
     float,
@@ -35,12 +35,12 @@ Tension = Annotated[
 class CapOptions(TypedDict):
     """The keywords of :func:`query.holes.fill_holes` that a :class:`CapRequest` holds."""
 
-    shape: str
+    shape: Shape
     tension: float
     ngon: bool
 
 
-class CapRequest(Entries, frozen=True):
+class CapRequest(Entries):
     """How the fill of a hole is to lie.
 
     shape: one of SHAPES.
@@ -53,7 +53,7 @@ class CapRequest(Entries, frozen=True):
     what contradicts each other.
     """
 
-    shape: Shape = "auto"  # type: ignore[valid-type]
+    shape: Shape = "auto"
     tension: Tension = LEAST_TENSION
     ngon: bool = False
 

@@ -27,7 +27,7 @@ from patterndb_app.cli.options import (
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say, table, write, write_json
-from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES, CapRequest
+from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES, CapRequest, Shape
 from query.errors import InvalidQueryError
 
 if TYPE_CHECKING:
@@ -231,7 +231,7 @@ def holes(
     odd: WayKind | None,
     no_twin: bool,
     ngon: bool,
-    shape: str,
+    shape: Shape,
     tension: float,
     surface: Path | None,
     picture: Path | None,
@@ -448,7 +448,7 @@ def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:
     return Stroke((0, place[flow[0]]), (0, place[flow[1]]))
 
 
-def _read_cap(shape: str, tension: float, ngon: bool) -> CapRequest:
+def _read_cap(shape: Shape, tension: float, ngon: bool) -> CapRequest:
     """How fills are to lie; a usage error where options contradict each other."""
     try:
         return CapRequest(shape=shape, tension=tension, ngon=ngon)
