@@ -199,7 +199,7 @@ def key_of(quads: Int32Array, n_vertices: int, n: int) -> bytes:
 
 def print_fills(cases: list[CapCase]) -> None:
     """Print how often the artist's own fill of a flat cap is first, and among five."""
-    caps = [c for c in cases if c.at_creases and c.cap is not None and c.cap.steep]
+    caps = [c for c in cases if c.at_creases and c.cap is not None and c.cap.apart]
     ranks: dict[str, dict[str, list[int]]] = {}
     filled: dict[str, int] = {}
     with patterndb.open() as db:

@@ -7,7 +7,7 @@ angles the faces outside leave its plane, and whether they bend towards a dome.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.caprequest import Shape
 from query.holes.loops import Hole
+from query.holes.surroundings import Surroundings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,8 +133,12 @@ def measure_walls(hole: Hole, plane: RimPlane) -> Walls:
 #: the numbers below.
 PLANAR, NEARLY_PLANAR, STEEP = 0.01, 0.04, np.radians(45.0)
 
-#: Faces outside that leave the plane at these angles, in radians, may be those of a dome.
-DOME_ANGLES = (np.radians(10.0), np.radians(120.0))
+#: A face outside that leaves the plane by less, in radians, may go on in it: such a hole is one in
+#: a flat part of a mesh, and what its boundary and the faces outside ask for is ranked as ever.
+APART = np.radians(20.0)
+
+#: Where a dome meets the plane, it leaves it at these angles, in radians.
+DOME_ANGLES = (np.radians(3.0), np.radians(110.0))
 
 #: A dome has no crease: the next face turns by at most this, in radians; and by about as much at
 #: all edges: the mean is this many times the standard deviation.
@@ -146,10 +151,10 @@ DOME_ROUND = (0.5, 2.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatCap:
-    """Where a flat fill lies. steep: do all faces outside leave the plane steeply?"""
+    """Where a flat fill lies. apart: do all faces outside leave the plane?"""
 
     plane: RimPlane
-    steep: bool
+    apart: bool
 
 
 def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
@@ -161,11 +166,11 @@ def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
     if shape == "auto" and plane.off > NEARLY_PLANAR:
         return None
     walls = measure_walls(hole, plane)
-    steep = len(walls.angle) > 0 and bool((np.abs(np.sin(walls.angle)) >= np.sin(STEEP)).all())
-    is_flat = plane.off <= PLANAR or steep
+    least = float(np.abs(np.sin(walls.angle)).min()) if len(walls.angle) else 0.0
+    is_flat = plane.off <= PLANAR or least >= np.sin(STEEP)
     if shape == "auto" and (not is_flat or _is_dome(walls, plane.measure_radius(points))):
         return None
-    return FlatCap(plane, steep)
+    return FlatCap(plane, least >= np.sin(APART))
 
 
 def _is_dome(walls: Walls, radius: float) -> bool:
@@ -173,13 +178,45 @@ def _is_dome(walls: Walls, radius: float) -> bool:
     known = np.isfinite(walls.turn)
     if 2 * int(known.sum()) < len(known) or not known.any():
         return False
-    angle, turn = float(walls.angle.mean()), float(walls.turn[known].mean())
+    turn = float(walls.turn[known].mean())
+    # At the boundary, half a turn before the middle of the faces.
+    angle = float(walls.angle.mean()) - turn / 2
     if not DOME_ANGLES[0] <= angle <= DOME_ANGLES[1] or not 0 < turn <= DOME_TURN:
         return False
     if DOME_EVEN * float(walls.turn[known].std()) > turn:
         return False
     depth = float(walls.depth[known].mean())
     return DOME_ROUND[0] <= turn / max(depth, 1e-300) * radius / np.sin(angle) <= DOME_ROUND[1]
+
+
+def unfold(around: Surroundings, plane: RimPlane) -> Surroundings:
+    """Turn what is around a hole into the plane of its boundary, as if the mesh went on there.
+
+    Of the vertices outside only those that edges join to the boundary have a place afterwards: what
+    placing looks at. One that lies in the plane stays; by as much as another is off the plane, it
+    is moved outwards, up to the length of the edges at the vertex of the boundary.
+    """
+    n = len(around.outside)
+    points = plane.project(around.points)
+    height = np.abs((around.points - around.points[:n].mean(axis=0)) @ plane.normal)
+    loop = points[:n]
+    after = np.roll(loop, -1, axis=0) - loop
+    edge = np.linalg.norm(after, axis=1)
+    edge = (edge + np.roll(edge, 1)) / 2
+    outward = np.cross(after, plane.normal)
+    outward += np.roll(outward, 1, axis=0)
+    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-300)
+    face = np.repeat(np.arange(len(around.offsets) - 1), np.diff(around.offsets))
+    at = np.arange(len(around.corners))
+    following = np.where(at + 1 == around.offsets[face + 1], around.offsets[face], at + 1)
+    ends = np.stack([around.corners, around.corners[following]], axis=1).astype(np.int64)
+    ends = np.concatenate([ends, ends[:, ::-1]])
+    v, w = ends[(ends[:, 0] < n) & (ends[:, 1] >= n)].T
+    moves = np.zeros_like(points)
+    count = np.bincount(w, minlength=len(points))
+    np.add.at(moves, w, outward[v] * np.minimum(height[w], edge[v])[:, None])
+    points = points + moves / np.maximum(count, 1)[:, None]
+    return replace(around, points=points)
 
 
 #: A boundary turns at a vertex whose angle, in its plane, is off a straight one by more than TURN;

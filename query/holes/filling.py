@@ -434,7 +434,7 @@ def _list_fills(
             ):
                 if search.take_new(fill.local, n + len(fill.points), n) is not None:
                     yield fill
-    if flat is not None and flat.steep and not strokes:
+    if flat is not None and flat.apart and not strokes:
         yield from _cap_fills(hole, ground, flat.plane, fixed, search)
     known: list[HoleCandidate] = []
     source = search.all()

@@ -12,8 +12,8 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
-from query.holes.caps import RimPlane
-from query.holes.shape import count_flipped
+from query.holes.caps import RimPlane, unfold
+from query.holes.shape import count_flipped, place_fill
 from query.holes.surroundings import Surroundings
 from query.placing.laplace import solve_harmonic
 from query.placing.placement import place, pull_placed
@@ -115,9 +115,14 @@ class HoleGround:
 
     def _lay_flat(self, plane: RimPlane, disk: LoopDisk) -> Points:
         """(k, 3) the inner vertices in a plane."""
-        loop = plane.project(self.loop)
-        placed = place(disk, loop, None, self.strokes, tolerance=self.tolerance)
-        points = plane.project(placed.vertices[disk.perimeter :])
+        n, around = disk.perimeter, unfold(self.around, plane)
+        points = plane.project(place_fill(around, disk.quads, disk.n_vertices).points)
+        if self.count_flipped(disk.quads, points):
+            points = plane.project(place(disk, around.points[:n]).vertices[n:])
+        if self.strokes:
+            vertices = np.vstack([around.points[:n], points])
+            pulled = pull_placed(disk, vertices, self.strokes, tolerance=self.tolerance)
+            points = plane.project(pulled[n:])
         # A boundary across an axis leaves no rounding along it.
         level = np.ptp(self.loop, axis=0) == 0
         points[:, level] = self.loop[0, level]
