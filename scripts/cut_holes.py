@@ -89,15 +89,19 @@ def cut_holes(
 
 
 def make_cut(
-    name: str, topology: MeshTopology, faces: frozenset[int], faces_at: dict[int, list[int]]
+    name: str,
+    topology: MeshTopology,
+    faces: frozenset[int],
+    faces_at: dict[int, list[int]],
+    least: int = 6,
 ) -> Cut | None:
-    """The cut of a set of quads; None where they are no disk with at least 6 edges around."""
+    """The cut of a set of quads; None where they are no disk with at least so many edges around."""
     try:
         hole = hole_of_faces(topology, faces)
     except ValueError:
         return None
     n = len(hole)
-    if n < 6 or len(set(hole.loop.tolist())) != n or (hole.edges < 0).any():
+    if n < least or len(set(hole.loop.tolist())) != n or (hole.edges < 0).any():
         return None
     number = {int(v): i for i, v in enumerate(hole.loop)}
     inner: list[int] = []

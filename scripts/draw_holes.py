@@ -2,9 +2,9 @@
 
     python scripts/draw_holes.py --out docs/images
 
-A hole before and after, six of its fills, and holes cut from the examples whose own fill is not the
-first: what was there beside what is proposed. The starter database answers; it has not learned
-the examples, and mirror twins are not looked for.
+A hole before and after, six of its fills, caps of simple bodies, and holes cut from the examples
+whose own fill is not the first: what was there beside what is proposed. The starter database
+answers; it has not learned the examples, and mirror twins are not looked for.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ import patterndb
 from patterndb.store import Database
 from query.holes import HoleFill, fill_holes
 from query.identity import hash_quads, weld_quads
+from viewer.camera import fit_view
 from viewer.holes import (
+    HALF,
     REMOVED,
     HolePanel,
     choose_view,
@@ -75,6 +77,44 @@ def draw_misses(path: Path, misses: list[tuple[Cut, HoleFill, int | None]]) -> N
         draw_panels(path.with_stem(f"{path.stem}-{number}"), panels, choose_view([fill]), 2, 460)
 
 
+#: Bodies whose upper end is open: edges around, and the radius and height of each circle.
+BODIES = (
+    ("a box", 4, [(1.0, 0.0), (1.0, 1.4)]),
+    ("6 edges", 6, [(1.0, 0.0), (1.0, 0.7), (1.0, 1.4)]),
+    ("12 edges", 12, [(1.0, 0.0), (1.0, 0.7), (1.0, 1.4)]),
+    ("16 edges", 16, [(1.0, 0.0), (1.0, 0.7), (1.0, 1.4)]),
+    (
+        "a bottle",
+        16,
+        [(1, 0), (1, 0.8), (0.9, 1.1), (0.7, 1.3), (0.5, 1.5), (0.45, 1.7), (0.45, 2)],
+    ),
+    ("a ball", 16, [(np.sin(t), -np.cos(t)) for t in np.pi * np.arange(1, 9) / 12]),
+)
+
+
+def draw_caps(path: Path, db: Database) -> None:
+    """Draw the first fills of the upper ends of bodies, all looked at alike."""
+    panels: list[HolePanel] = []
+    for title, n, circles in BODIES:
+        at = 2 * np.pi * (np.arange(n) + 0.5) / n
+        rim = np.stack([np.cos(at), np.sin(at)], axis=1)
+        points = np.vstack([np.c_[r * rim, np.full(n, z - circles[-1][1])] for r, z in circles])
+        quads = [
+            [k * n + i, k * n + (i + 1) % n, (k + 1) * n + (i + 1) % n, (k + 1) * n + i]
+            for k in range(len(circles) - 1)
+            for i in range(n)
+        ]
+        mesh = patterndb.PolygonMesh.from_faces(points, quads)
+        fill = next(fill_holes(db, mesh, loop=[len(points) - 1], twins=False))
+        lies = "flat" if fill.flat else "smooth"
+        count = "one quad" if fill.n_quads == 1 else f"{fill.n_quads} quads"
+        panels.append(show_fills([fill], f"{title}: {count}, {lies}"))
+    # All alike: from above, in a box around the largest of them.
+    box = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1.4, 0.4)])
+    view = fit_view(box, (0.35, -0.8, 0.75), (0.0, 0.0, 1.0), HALF, HALF)
+    draw_panels(path, panels, view, 3, 620)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images")
@@ -88,6 +128,7 @@ def main() -> None:
             for number, fill in enumerate(fills, 1)
         ]
         draw_panels(out / "holes-choices.png", panels, choose_view(fills[:1]), 3, 540)
+        draw_caps(out / "holes-caps.png", db)
         cheek = next(fill_holes(db, mesh, loop=[475]))
         draw_panels(
             out / "holes-twin.png",

@@ -102,13 +102,14 @@ def show_fills(
     fills: Sequence[HoleFill], caption: str = "", front: NDArray[np.bool_] | None = None
 ) -> HolePanel:
     """Show a mesh with its holes filled; front: as of :func:`show_holes`."""
-    new, quads = weld_fills(fills), sum(fill.n_quads for fill in fills)
+    new, faces = weld_fills(fills), sum(fill.n_faces for fill in fills)
     stays = np.ones(new.n_faces, np.bool_)
     if front is not None:
-        stays[: new.n_faces - quads] = ~front[~_find_removed(fills)]
-    added = np.arange(new.n_faces) >= new.n_faces - quads
+        stays[: new.n_faces - faces] = ~front[~_find_removed(fills)]
+    added = np.arange(new.n_faces) >= new.n_faces - faces
     twin = ", a mirror twin" if len(fills) == 1 and fills[0].twin else ""
-    caption = caption or f"{quads} quads{twin}"
+    kind = "quads" if all(fill.ngon is None for fill in fills) else "faces"
+    caption = caption or f"{faces} {kind}{twin}"
     part = _keep_faces(new, stays)
     return HolePanel(part, added[stays], NEW, NEW_EDGE, caption, (), fills)
 
@@ -208,7 +209,7 @@ class _Seen:
         welded = weld_fills(fills)
         triangles, face = cut_faces(welded)
         mesh = TriangleMesh(welded.points, triangles)
-        first = welded.n_faces - sum(fill.n_quads for fill in fills)
+        first = welded.n_faces - sum(fill.n_faces for fill in fills)
         own = mesh.corners[face >= first]
         areas = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0]) / 2.0
         return cls(mesh, face, first, _find_removed(fills), own.mean(axis=1), areas)

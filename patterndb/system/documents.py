@@ -346,7 +346,8 @@ def _mend(value: JsonValue, kind: inspect.Type, wanted: str = "") -> object:
         high = math.inf if kind.le is None else kind.le
         if not low <= cast("float", found) <= high:
             whole = isinstance(kind, inspect.IntType)
-            value.refuse(f"a whole number from {low} to {high}" if whole else "a finite number")
+            number = said.get("description", "a finite number")
+            value.refuse(f"a whole number from {low} to {high}" if whole else number)
     return found
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,7 +14,7 @@ from msgspec import Meta
 
 from patterndb.errors import InvalidMeshError, NotFoundError, PatternDBError
 from patterndb.system.deadline import extend_deadline, is_late, limit_time, run_until_late
-from patterndb.system.documents import Entries, parse_json
+from patterndb.system.documents import parse_json
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
@@ -32,6 +34,8 @@ from patterndb_app.cli.options import (
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.search import describe_stop
 from patterndb_app.cli.text import plural, say, table, write, write_json
+from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES, CapRequest, Shape
+from query.errors import InvalidQueryError
 
 if TYPE_CHECKING:
     from patterndb.core.polygonmesh import PolygonMesh
@@ -118,8 +122,8 @@ class VertexFlow(ParamType):
         return int(match[1]), int(match[2])
 
 
-class HoleQuestion(Entries, forbid_unknown_fields=False):
-    """A line of a batch file. What else a line says is no question."""
+class HoleQuestion(CapRequest, kw_only=True, forbid_unknown_fields=False):
+    """A line of a batch file, with how the fill is to lie. Other entries of a line are ignored."""
 
     mesh: Annotated[str, Meta(extra={"missing": "the name of a mesh file"})]
     loop: list[int] | None = None
@@ -130,7 +134,8 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     cls=SectionedCommand,
     sections={
         "Which hole": ("--loop", "--faces", "--all", "--odd", "--batch"),
-        "What fills it": ("--corners", "--flow", "--no-twin", "--surface", "--db"),
+        "What fills it": ("--corners", "--flow", "--no-twin", "--ngon", "--db"),
+        "How it lies": ("--shape", "--tension", "--surface"),
         "What is given": (
             "--rank",
             "--limit",
@@ -194,6 +199,26 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 @click.option(
     "--no-twin", is_flag=True, help="Do not copy the other side of a mesh that is symmetric."
 )
+@click.option(
+    "--ngon",
+    is_flag=True,
+    help="One face of as many corners as the hole has vertices, instead of quads.",
+)
+@click.option(
+    "--shape",
+    type=click.Choice(tuple(SHAPES)),
+    default=next(iter(SHAPES)),
+    show_default=True,
+    help="How it lies. " + "; ".join(f"{name}: {what}" for name, what in SHAPES.items()) + ".",
+)
+@click.option(
+    "--tension",
+    type=click.FloatRange(LEAST_TENSION, MOST_TENSION),
+    default=LEAST_TENSION,
+    show_default=True,
+    metavar="T",
+    help="How tight a smooth fill is: from 0, it bends least, to 1, it is a membrane.",
+)
 @click.option("--surface", type=MeshName(), metavar="FILE", help="Lay new vertices on this mesh.")
 @click.option(
     "--picture",
@@ -224,6 +249,9 @@ def holes(
     flows: tuple[tuple[int, int] | str, ...],
     odd: WayKind | None,
     no_twin: bool,
+    ngon: bool,
+    shape: Shape,
+    tension: float,
     surface: Path | None,
     picture: Path | None,
     batch: Path | None,
@@ -255,14 +283,16 @@ def holes(
     """
     if (mesh is None) == (batch is None):
         raise click.UsageError("name a mesh, or a file of questions with --batch")
+    cap = _read_cap(shape, tension, ngon)
     if batch is not None:
         others = [output, faces, corners, surface, picture, odd]
         if every or loops or flows or rank > 1 or any(value is not None for value in others):
             raise click.UsageError(
-                "--batch goes with --limit, --time-limit, --no-twin and --db alone"
+                "--batch goes with --limit, --time-limit, --no-twin, --ngon, --shape, --tension "
+                "and --db alone"
             )
         with limit_time(time_limit), open_database(db) as database:
-            return _answer_batch(database, batch, limit or LISTED, not no_twin)
+            return _answer_batch(database, batch, limit or LISTED, not no_twin, cap)
     assert mesh is not None
     click.get_current_context().with_resource(limit_time(time_limit))
     if sum([bool(loops), faces is not None, every]) > 1:
@@ -273,6 +303,13 @@ def holes(
             f"{'--all' if every else 'more than one --loop'} takes the best fill of each hole; "
             "leave --rank, --corners and --flow out"
         )
+    if surface is not None and (shape == "flat" or tension):
+        raise click.UsageError("fills lie on --surface; leave --shape flat and --tension out")
+    if ngon and (corners or flows or odd or surface is not None):
+        raise click.UsageError(
+            "an n-gon has no quads and takes an odd number of edges; leave --corners, --flow, "
+            "--odd and --surface out"
+        )
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from ingest.formats import read_mesh
     from query.holes import MeshTopology, find_holes, list_mesh_flaws
@@ -280,7 +317,8 @@ def holes(
     topology = run_until_late(lambda: MeshTopology.of(read_mesh(mesh)), f"{mesh} was read")
     notes = list_mesh_flaws(topology)
     named = loops or faces is not None or every
-    if not (named or output or picture or limit or corners or flows or odd):
+    asked = cap != CapRequest()
+    if not (named or output or picture or limit or corners or flows or odd or asked):
         found = run_until_late(lambda: find_holes(topology), "the holes were found")
         if as_json:
             document = {"mesh": str(mesh), "holes": [hole.to_json() for hole in found]}
@@ -291,13 +329,17 @@ def holes(
         return 0 if found else EXIT_NOTHING
     writing = output is not None or picture is not None
     most = max(rank, limit or (rank if writing and not as_json else LISTED))
-    options: dict[str, Any] = {"limit": 1 if several and not limit else most, "twins": not no_twin}
+    options: dict[str, Any] = {
+        "limit": 1 if several and not limit else most,
+        "twins": not no_twin,
+        **cap.cap_options,
+    }
     if surface is not None:
         from patterndb.geometry.surface import Surface
 
         options["surface"] = Surface.from_polygons(read_mesh(surface))
     chosen, left = run_until_late(
-        lambda: _choose_holes(topology, loops, faces, every, odd), "the holes were found"
+        lambda: _choose_holes(topology, loops, faces, every, odd, ngon), "the holes were found"
     )
     with open_database(db) as database:
         answered, open_ones = _answer(database, chosen, corners or {}, flows, options)
@@ -335,6 +377,7 @@ def _choose_holes(
     faces: tuple[int, ...] | None,
     every: bool,
     odd: WayKind | None,
+    ngon: bool,
 ) -> tuple[list[Hole], list[str]]:
     """The holes that are meant, made even where --odd tells how; and what --all leaves open."""
     from query.holes import choose_hole, find_holes, list_even_ways
@@ -368,7 +411,7 @@ def _choose_holes(
         except PatternDBError as error:
             left.append(f"{where}: {error}")
             continue
-        if len(hole) % 2:
+        if len(hole) % 2 and not ngon:
             ways = ", ".join(way.kind for way in list_even_ways(hole)) or "none"
             left.append(f"{where}: an odd number; ways out that --odd takes: {ways}")
             chosen.pop()
@@ -460,9 +503,22 @@ def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:
     return Stroke((0, place[flow[0]]), (0, place[flow[1]]))
 
 
-def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, twins: bool) -> int:
-    """Answer questions, a line each. Returns the exit code: that of bad input if a line could not
-    be read, that of nothing found if a hole could not be filled."""
+def _read_cap(shape: Shape, tension: float, ngon: bool) -> CapRequest:
+    """How fills are to lie; a usage error where options contradict each other."""
+    try:
+        return CapRequest(shape=shape, tension=tension, ngon=ngon)
+    except InvalidQueryError as error:
+        raise click.UsageError(str(error)) from None
+
+
+def _answer_batch(
+    database: Database | DatabaseUnion, path: Path, limit: int, twins: bool, cap: CapRequest
+) -> int:
+    """Answer questions, a line each; how a line's fill is to lie replaces what is asked of all.
+
+    Returns the exit code: that of bad input if a line could not be read, that of nothing found if a
+    hole could not be filled.
+    """
     from ingest.formats import read_mesh
     from query.batchline import read_id
     from query.holes import MeshTopology, fill_holes
@@ -472,7 +528,7 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
     for number, line in read_lines(path, LONGEST_LINE, InvalidMeshError):
         asked += 1
         try:
-            question = parse_json(line, InvalidMeshError, "a question").read(HoleQuestion)
+            question = _read_question(line, cap)
             if is_late():
                 unanswered += 1
                 write_json({"line": number, "mesh": question.mesh, "holes": [], **NOT_ASKED})
@@ -487,6 +543,7 @@ def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, tw
                 faces=question.faces,
                 limit=limit,
                 twins=twins,
+                **question.cap_options,
             )
             fills = list(found)
         except (PatternDBError, OSError) as error:
@@ -511,6 +568,15 @@ NOT_ASKED: dict[str, object] = {
     "complete": False,
     "reason": "the time limit was over before this hole was searched; allow more seconds",
 }
+
+
+def _read_question(line: bytes, cap: CapRequest) -> HoleQuestion:
+    """A line of a batch file, with how the fills of all are to lie where it has no such entries."""
+    document = parse_json(line, InvalidMeshError, "a question")
+    if document.is_object:
+        entries = {name: entry.value for name, entry in document.entries().items()}
+        document = replace(document, value={**cap.cap_options, **entries})
+    return document.read(HoleQuestion)
 
 
 def _beside(batch: Path, name: str) -> Path:
@@ -551,7 +617,7 @@ def _list_fills(found: HoleFills, fills: list[HoleFill]) -> None:
             fill.n_quads,
             fill.n_irregular,
             fill.flipped,
-            "" if fill.twin else f"{fill.score:.2f}",
+            f"{fill.score:.2f}" if isfinite(fill.score) else "",
         )
         for number, fill in enumerate(fills, 1)
     ]
@@ -561,10 +627,13 @@ def _list_fills(found: HoleFills, fills: list[HoleFill]) -> None:
 
 def _tell(fill: HoleFill, found: HoleFills) -> None:
     what = "a mirror twin" if fill.twin else f"pattern {fill.pattern} ({fill.origin})"
+    what += f", {plural(fill.n_quads, 'quad')}"
+    if fill.ngon is not None:
+        what = f"one face of {len(fill.ngon)} corners"
     flipped = f", {plural(fill.flipped, 'flipped quad')}" if fill.flipped else ""
+    flat = ", flat" if fill.flat else ""
     say(
         f"hole of {plural(len(fill.hole), 'edge')} at vertex {int(fill.hole.loop[0])}: {what}, "
-        f"{plural(fill.n_quads, 'quad')}, "
-        f"{plural(fill.n_irregular, 'irregular vertex', 'irregular vertices')}{flipped}, "
+        f"{plural(fill.n_irregular, 'irregular vertex', 'irregular vertices')}{flipped}{flat}, "
         f"found in {found.seconds:.2f} s"
     )

@@ -17,6 +17,7 @@ from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import Count, Name, Positive, Seconds, read_body
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
 from patterndb_app.service.work import RequestWork
+from query.caprequest import CapRequest
 from query.holes import (
     HoleFill,
     MeshTopology,
@@ -57,7 +58,7 @@ class MeshEntries(Entries):
     faces: Annotated[list[Face], Meta(extra={"missing": "a list of faces"})]
 
 
-class HoleEntries(Entries, rename={"only_loops": "list"}):
+class HoleEntries(CapRequest, rename={"only_loops": "list"}):
     """A question about a mesh's holes: without loop and faces, and with list, only its loops."""
 
     mesh: MeshEntries | None = None
@@ -122,6 +123,7 @@ def answer_holes(
         hole,
         limit=asked.limit,
         twins=asked.twins,
+        **asked.cap_options,
         time_limit=min(asked.time_limit or limits.seconds, limits.seconds),
         threads=1,
     )

@@ -19,6 +19,7 @@ from patterndb_app.service.patternpages import (
     draw_pattern,
     list_page,
 )
+from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES
 from query.listing.orders import ORDERS, default_order
 
 ROUTER = APIRouter()
@@ -92,6 +93,16 @@ async def list_orders(request: Request) -> Response:
         "default_with_points": default_order(points=True, drawn=False),
         "default_with_strokes": default_order(points=True, drawn=True),
         "pattern_orders": list(PATTERN_ORDERS),
+    }
+    return encode_answer(request, document, kept=True)
+
+
+@ROUTER.get("/v1/shapes", name="shapes")
+async def list_shapes(request: Request) -> Response:
+    """List the shapes that fills of holes can have, the default first, and the range of tension."""
+    document = {
+        "shapes": [{"name": name, "what": what} for name, what in SHAPES.items()],
+        "tension": [LEAST_TENSION, MOST_TENSION],
     }
     return encode_answer(request, document, kept=True)
 

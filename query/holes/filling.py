@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice, takewhile
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +16,14 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, TimeLimitError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import end_by, get_deadline, is_late, run_until_late
-from query.boundary import MAX_PERIMETER, MIN_PERIMETER
+from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary
+from query.caprequest import LEAST_TENSION, CapRequest, Shape
 from query.engine import PatternSource
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS
 from query.holes.candidates import HoleSearch
+from query.holes.caps import RimPlane, find_cap, list_cap_quads
 from query.holes.context import measure_hole
 from query.holes.laying import HoleGround
 from query.holes.loops import (
@@ -47,6 +49,7 @@ from query.holes.surroundings import (
 )
 from query.holes.symmetry import ASYMMETRIC, find_mirrors
 from query.holes.twin import find_rest, prepare_twins
+from query.recognise import as_fill
 from query.stroke import Stroke
 
 if TYPE_CHECKING:
@@ -87,8 +90,11 @@ class HoleFill:
     flipped:  quads that are turned over where they lie.
     valences: (L + k,) int32 faces around the loop's vertices and the new ones; 0 on the border that
               stays, where no number of them is regular.
-    fill:     what the database gave; None for a twin. Where the other side of the mesh shows a
-              part of the hole, that of the rest.
+    fill:     what the database gave; None for a twin and an n-gon. Where the other side of the mesh
+              shows a part of the hole, that of the rest.
+    ngon:     (L,) int32 the corners of the one face that fills the hole instead of quads; None
+              where quads do.
+    flat:     was it laid in the plane of the hole's boundary?
     """
 
     hole: Hole
@@ -101,11 +107,18 @@ class HoleFill:
     flipped: int
     valences: Int32Array
     fill: Fill | None
+    ngon: Int32Array | None = None
+    flat: bool = False
 
     @property
     def n_quads(self) -> int:
         """How many quads fill the hole."""
         return len(self.quads)
+
+    @property
+    def n_faces(self) -> int:
+        """How many faces fill the hole: quads, or one n-gon."""
+        return len(self.quads) if self.ngon is None else 1
 
     @property
     def n_irregular(self) -> int:
@@ -114,13 +127,17 @@ class HoleFill:
 
     @property
     def pattern(self) -> str:
-        """The name of the pattern, or "twin"."""
-        return "twin" if self.fill is None else self.fill.pattern.name
+        """The name of the pattern, "twin" or "n-gon"."""
+        return self._kind if self.fill is None else self.fill.pattern.name
 
     @property
     def origin(self) -> str:
-        """Where the pattern comes from; "twin" for a mirror image."""
-        return "twin" if self.fill is None else self.fill.origin
+        """Where the pattern comes from; "twin" for a mirror image, "n-gon" for an n-gon."""
+        return self._kind if self.fill is None else self.fill.origin
+
+    @property
+    def _kind(self) -> str:
+        return "twin" if self.ngon is None else "n-gon"
 
     def weld(self) -> PolygonMesh:
         """The whole mesh: see :func:`weld_fills`."""
@@ -131,11 +148,13 @@ class HoleFill:
         return {
             "pattern": self.pattern,
             "origin": self.origin,
-            "score": None if self.twin else round(self.score, 6),
+            "score": round(self.score, 6) if np.isfinite(self.score) else None,
             "quads": self.quads.tolist(),
+            "ngon": None if self.ngon is None else self.ngon.tolist(),
             "points": self.points.tolist(),
             "n_irregular": self.n_irregular,
             "flipped": self.flipped,
+            "flat": self.flat,
         }
 
 
@@ -225,6 +244,9 @@ def fill_holes(
     surface: Surface | None = None,
     twins: bool = True,
     like: Sequence[HoleFill] = (),
+    shape: Shape = "auto",
+    tension: float = LEAST_TENSION,
+    ngon: bool = False,
     time_limit: float | None = None,
     threads: int | None = None,
     models: HoleModels | None = None,
@@ -246,20 +268,32 @@ def fill_holes(
     time_limit: seconds after which the list ends; the earlier deadline of the thread that begins it
     (:mod:`patterndb.system.deadline`) ends it, too. A list that is still empty then has the best
     fill that was found until then, if there is one.
+    shape, tension, ngon: how the fill is to lie; see :class:`query.caprequest.CapRequest`. A mirror
+    image lies as the other side does unless a shape or a tension is chosen.
     models: of what artists do; by default those that come with the package.
 
     Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop, for
     a hole with an island and for a fill of another mesh, InvalidQueryError for an odd loop
-    (:func:`list_even_ways` has the nearest ways out) and corners that are none.
+    (:func:`list_even_ways` has the nearest ways out), corners that are none, and for shape, tension
+    and ngon that contradict each other or the rest.
     """
+    cap = CapRequest(shape=shape, tension=tension, ngon=ngon)
     hole = choose_hole(mesh, loop=loop, faces=faces)
+    if surface is not None and (shape == "flat" or tension):
+        raise InvalidQueryError(
+            "new vertices lie on the surface that is given; leave shape flat and tension out"
+        )
+    if ngon:
+        if corners or strokes or surface is not None:
+            raise InvalidQueryError("an n-gon has no quads; leave corners, strokes and surface out")
+        return HoleFills(hole, islice(iter([_ngon_fill(hole)]), limit))
     _refuse_loop(hole)
     fixed = _fixed_corners(hole, corners or {})
     if any(fill.hole.topology is not hole.topology for fill in like):
         raise InvalidMeshError("like has a fill of another mesh; give fills of this one's holes")
     used = models or shipped_models()
     listed = _list_fills(
-        db, hole, fixed, tuple(strokes), tolerance, surface, twins, like, threads, used
+        db, hole, fixed, tuple(strokes), tolerance, surface, twins, like, cap, threads, used
     )
     return HoleFills(hole, listed, limit, time_limit)
 
@@ -268,7 +302,7 @@ def weld_fills(fills: Sequence[HoleFill]) -> PolygonMesh:
     """Weld fills of different holes of one mesh into it.
 
     All old vertices keep their numbers and places to the bit; faces that stay keep their order,
-    less those that the fills replace; new vertices and quads come after, fill by fill. Raises
+    less those that the fills replace; new vertices and faces come after, fill by fill. Raises
     InvalidMeshError for fills of different meshes.
     """
     if not fills:
@@ -282,20 +316,21 @@ def weld_fills(fills: Sequence[HoleFill]) -> PolygonMesh:
     arity = mesh.arities()
     kept = mesh.corners[np.repeat(stays, arity)]
     points = [mesh.points]
-    quads: list[Int32Array] = []
+    new: list[Int32Array] = []
+    sizes: list[int] = []
     n = len(mesh.points)
     for fill in fills:
         first = len(mesh.points)
-        moved = np.where(fill.quads >= first, fill.quads - first + n, fill.quads)
-        backwards = fill.hole.runs_backwards()
-        quads.append((moved[:, ::-1] if backwards else moved).astype(np.int32))
+        faces = fill.quads if fill.ngon is None else fill.ngon[None]
+        moved = np.where(faces >= first, faces - first + n, faces)
+        new.append((moved[:, ::-1] if fill.hole.runs_backwards() else moved).ravel())
+        sizes += [faces.shape[1]] * len(faces)
         points.append(fill.points)
         n += len(fill.points)
-    new = np.concatenate(quads) if quads else np.zeros((0, 4), np.int32)
-    lengths = np.concatenate([arity[stays], np.full(len(new), 4, np.int64)])
+    lengths = np.concatenate([arity[stays], np.array(sizes, np.int64)])
     return PolygonMesh(
         np.concatenate(points),
-        np.concatenate([kept, new.ravel()]).astype(np.int32),
+        np.concatenate([kept, *new]).astype(np.int32),
         np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
     )
 
@@ -353,7 +388,7 @@ def _refuse_loop(hole: Hole) -> None:
     if n % 2:
         raise InvalidQueryError(
             f"the loop at vertex {int(hole.loop[0])} has {n} edges, an odd number, and quads alone "
-            f"cannot fill it; {_tell_ways(hole)}"
+            f"cannot fill it; {_tell_ways(hole)}; ngon fills it with one face"
         )
     if not MIN_PERIMETER <= n <= MAX_PERIMETER:
         raise InvalidQueryError(
@@ -392,11 +427,17 @@ def _list_fills(
     surface: Surface | None,
     twins: bool,
     like: Sequence[HoleFill],
+    cap: CapRequest,
     threads: int | None,
     models: HoleModels,
 ) -> Iterator[HoleFill]:
     around = look_around(hole)
     n = len(hole)
+    flat = None if surface is not None else find_cap(hole, cap.shape)
+    plane = None if flat is None else flat.plane
+    ground = HoleGround.make(around, surface, plane, cap.tension, strokes, tolerance)
+    # A mirror image is laid only as the caller chose.
+    chosen = ground if cap.shape != "auto" or cap.tension else None
     logs = models.corners.log_probabilities(measure_hole(hole, around))
     search = HoleSearch.begin(
         db,
@@ -416,15 +457,17 @@ def _list_fills(
         if found is not None:
             quads, points = found
             if search.take_new(quads, n + len(points), n) is not None:
-                yield _twin_fill(hole, around, quads, points)
-        elif (same := _mirror_fill(hole, around, like)) is not None:
-            quads, points = same
+                yield _mirrored_fill(hole, around, quads, points, chosen)
+        elif (same := _mirror_fill(hole, around, like, ground)) is not None:
+            quads, points, is_flat = same
             if search.take_new(quads, n + len(points), n) is not None:
-                yield _twin_fill(hole, around, quads, points)
+                yield _mirrored_fill(hole, around, quads, points, chosen, is_flat=is_flat)
         else:
-            for fill in _continue_part(db, hole, around, surface, threads, models):
+            for fill in _continue_part(db, hole, around, surface, cap, chosen, threads, models):
                 if search.take_new(fill.local, n + len(fill.points), n) is not None:
                     yield fill
+    if flat is not None and flat.apart and not strokes:
+        yield from _cap_fills(hole, ground, flat.plane, fixed, search)
     known: list[HoleCandidate] = []
     source = search.all()
     for candidate in source:
@@ -433,20 +476,57 @@ def _list_fills(
             break
     if not known:
         return
-    ground = HoleGround.make(around.points[:n], surface, strokes, tolerance)
     board = _CandidateBoard(around, models.facts, models.whole)
     board.add(known, PLACED_FIRST)
-    yield _hole_fill(hole, around, *board.take_best(), ground)
+    yield _hole_fill(hole, *board.take_best(), ground)
     board.add(list(takewhile(lambda _: not is_late(), source)), PLACED - PLACED_FIRST)
     while board and not is_late():
-        yield _hole_fill(hole, around, *board.take_best(), ground)
+        yield _hole_fill(hole, *board.take_best(), ground)
+
+
+def _cap_fills(
+    hole: Hole,
+    ground: HoleGround,
+    plane: RimPlane,
+    fixed: dict[int, int],
+    search: HoleSearch,
+) -> Iterator[HoleFill]:
+    """What artists put into a flat cap, before all that is ranked."""
+    n = len(hole)
+    for rank, quads in enumerate(list_cap_quads(hole.points, plane)):
+        counts = np.bincount(quads.ravel())
+        points = ground.lay(quads, np.zeros((len(counts) - n, 3)))
+        if any(counts[at] != asked for at, asked in fixed.items()):
+            continue
+        if ground.count_flipped(quads, points) or search.take_new(quads, len(counts), n) is None:
+            continue
+        fill = as_fill(quads, Boundary.closed(n), "constructed")
+        capped = _renumber(hole, ground.around, quads, points, AHEAD - rank, False, 0, fill)
+        yield replace(capped, flat=True)
+
+
+def _ngon_fill(hole: Hole) -> HoleFill:
+    """One face of all vertices of a loop."""
+    n = len(hole)
+    if len(set(hole.loop.tolist())) < n:
+        raise InvalidQueryError(
+            f"the loop at vertex {int(hole.loop[0])} runs through a vertex twice, and a face "
+            "cannot; leave ngon out"
+        )
+    none = np.zeros((0, 4), np.int32)
+    fill = _renumber(hole, look_around(hole), none, np.zeros((0, 3)), float("inf"), False, 0, None)
+    valences = np.where(find_border_places(hole), 0, fill.valences + 1).astype(np.int32)
+    return replace(fill, corners=np.ones(n, np.int32), valences=valences, ngon=hole.loop)
 
 
 def _mirror_fill(
-    hole: Hole, around: Surroundings, like: Sequence[HoleFill]
-) -> tuple[Int32Array, NDArray[np.float64]] | None:
-    """The fill of a hole of which this one is the mirror image, turned to fit, and placed."""
+    hole: Hole, around: Surroundings, like: Sequence[HoleFill], ground: HoleGround
+) -> tuple[Int32Array, NDArray[np.float64], bool] | None:
+    """The fill of a hole of which this one is the mirror image, turned to fit, and placed; and
+    whether it is flat."""
     for other in like:
+        if other.ngon is not None:
+            continue
         match = prepare_twins(hole.topology).match(hole, other.hole)
         # What is around them must ask for the same, or the same fill is another there.
         if match is None or (look_around(other.hole).due[match.places] != around.due).any():
@@ -454,10 +534,11 @@ def _mirror_fill(
         n_vertices = len(hole) + len(other.points)
         quads = match.mirror_quads(other.local, n_vertices)
         if match.exact:
-            return quads, match.mirror_points(other.points)
+            return quads, match.mirror_points(other.points), other.flat
         placed = place_fill(around, quads, n_vertices)
-        if placed.flipped <= other.flipped:
-            return quads, placed.points
+        points = ground.lay(quads, placed.points)
+        if ground.count_flipped(quads, points) <= other.flipped:
+            return quads, points, ground.plane is not None
     return None
 
 
@@ -523,6 +604,8 @@ def _continue_part(
     hole: Hole,
     around: Surroundings,
     surface: Surface | None,
+    cap: CapRequest,
+    chosen: HoleGround | None,
     threads: int | None,
     models: HoleModels,
 ) -> Iterator[HoleFill]:
@@ -545,14 +628,14 @@ def _continue_part(
         faces.append(face[::-1] if t.flipped[f] else face)
     near = PolygonMesh.from_faces(np.concatenate([t.mesh.points, part.points]), faces)
     smaller = hole_on_loop(MeshTopology.of(near), vertices)
-    listed = _list_fills(db, smaller, {}, (), 0, surface, False, (), threads, models)
+    listed = _list_fills(db, smaller, {}, (), 0, surface, False, (), cap, threads, models)
     place = {int(v): i for i, v in enumerate(hole.loop)}
     for fill in islice(listed, CONTINUED):
         quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]
         local = np.array([*found[0].tolist(), *quads], np.int32)
         points = np.concatenate([found[1], fill.points])
-        flipped = count_flipped(around, local, points)
-        yield _renumber(hole, around, local, points, fill.score + AHEAD, False, flipped, fill.fill)
+        score = fill.score + AHEAD
+        yield _mirrored_fill(hole, around, local, points, chosen, score=score, fill=fill.fill)
 
 
 def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float64]:
@@ -561,25 +644,38 @@ def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float6
 
 
 def _hole_fill(
-    hole: Hole,
-    around: Surroundings,
-    candidate: HoleCandidate,
-    placed: PlacedFill,
-    score: float,
-    ground: HoleGround | None,
+    hole: Hole, candidate: HoleCandidate, placed: PlacedFill, score: float, ground: HoleGround
 ) -> HoleFill:
     points, turned = placed.points, placed.flipped
-    if ground is not None:
+    if ground.moves:
         points = ground.lay(candidate.quads, points)
-        turned = count_flipped(around, candidate.quads, points)
-    return _renumber(hole, around, candidate.quads, points, score, False, turned, candidate.fill)
+        turned = ground.count_flipped(candidate.quads, points)
+    fill = _renumber(
+        hole, ground.around, candidate.quads, points, score, False, turned, candidate.fill
+    )
+    return replace(fill, flat=ground.plane is not None)
 
 
-def _twin_fill(
-    hole: Hole, around: Surroundings, quads: Int32Array, points: NDArray[np.float64]
+def _mirrored_fill(
+    hole: Hole,
+    around: Surroundings,
+    quads: Int32Array,
+    points: NDArray[np.float64],
+    chosen: HoleGround | None,
+    *,
+    is_flat: bool = False,
+    score: float = float("inf"),
+    fill: Fill | None = None,
 ) -> HoleFill:
-    flipped = place_fill(around, quads, len(hole) + len(points)).flipped
-    return _renumber(hole, around, quads, points, float("inf"), True, flipped, None)
+    """A fill that lies as the other side does, or, where the caller chose how, on that ground."""
+    if chosen is None:
+        flipped = count_flipped(around, quads, points)
+    else:
+        smooth = place_fill(around, quads, len(hole) + len(points)).points
+        points, is_flat = chosen.lay(quads, smooth), chosen.plane is not None
+        flipped = chosen.count_flipped(quads, points)
+    made = _renumber(hole, around, quads, points, score, fill is None, flipped, fill)
+    return replace(made, flat=is_flat)
 
 
 def _renumber(

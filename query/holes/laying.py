@@ -1,4 +1,4 @@
-"""Lay a placed fill of a hole on a surface, and pull its strands onto drawn strokes."""
+"""Lay a placed fill of a hole on a surface or in a plane, and pull its strands onto strokes."""
 
 from __future__ import annotations
 
@@ -8,8 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
+from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
+from query.holes.caps import RimPlane, unfold
+from query.holes.shape import count_flipped, place_fill
+from query.holes.surroundings import Surroundings
+from query.placing.laplace import solve_harmonic
 from query.placing.placement import place, pull_placed
 from query.placing.region import Region, enclose_region
 from query.stroke import Stroke
@@ -36,30 +42,50 @@ class LoopDisk:
 class HoleGround:
     """What the fills of one hole are laid on and pulled to.
 
-    loop: (L, 3) the hole's rim. surface: what new vertices lie on, or None. region: what the rim
-    encloses there; None where the rim does not lie on it. strokes: strands as strokes on side 0.
-    tolerance: edges that a strand's end may be off its stroke.
+    around: the hole's boundary and the mesh around it. surface: what new vertices lie on, or None.
+    region: what the boundary encloses there; None where it does not lie on it. plane: what new
+    vertices of a flat cap lie in, or None. tension: part of the way to a membrane that others are
+    moved. strokes: strands as strokes on side 0. tolerance: edges that a strand's end may be off
+    its stroke.
     """
 
-    loop: Points
+    around: Surroundings
     surface: Surface | None
     region: Region | None
+    plane: RimPlane | None
+    tension: float
     strokes: tuple[Stroke, ...]
     tolerance: int
 
     @classmethod
     def make(
-        cls, loop: Points, surface: Surface | None, strokes: Sequence[Stroke], tolerance: int
-    ) -> HoleGround | None:
-        """Prepare the ground of a hole's fills; None where there is nothing to lay them on."""
+        cls,
+        around: Surroundings,
+        surface: Surface | None,
+        plane: RimPlane | None,
+        tension: float,
+        strokes: Sequence[Stroke],
+        tolerance: int,
+    ) -> HoleGround:
+        """Prepare the ground of a hole's fills."""
         drawn = tuple(stroke for stroke in strokes if stroke.points is not None)
-        if surface is None and not drawn:
-            return None
+        loop = around.points[: len(around.outside)]
         region = None if surface is None else _choose_region(surface, loop)
-        return cls(loop, surface, region, drawn, tolerance)
+        return cls(around, surface, region, plane, tension, drawn, tolerance)
+
+    @property
+    def loop(self) -> Points:
+        """(L, 3) the hole's boundary."""
+        return self.around.points[: len(self.around.outside)]
+
+    @property
+    def moves(self) -> bool:
+        """Does laying move vertices at all?"""
+        laid = self.surface is not None or self.plane is not None
+        return laid or self.tension > 0 or bool(self.strokes)
 
     def lay(self, quads: Int32Array, points: Points) -> Points:
-        """Lay the inner vertices (k, 3) of a fill.
+        """Lay the inner vertices (k, 3) of a fill that is placed smoothly.
 
         quads: (q, 4) int32, loop vertices 0..L-1, inner ones after.
         """
@@ -67,13 +93,40 @@ class HoleGround:
         if not len(points):
             return points
         disk = LoopDisk(quads, n + len(points), n)
+        if self.plane is not None:
+            return self._lay_flat(self.plane, disk)
         if self.region is not None:
             placed = place(disk, self.loop, self.region, self.strokes, tolerance=self.tolerance)
             return placed.vertices[n:]
+        if self.tension:
+            tight = solve_harmonic(Neighbours.of(quads, disk.n_vertices, n), self.loop)[n:]
+            points = (1 - self.tension) * points + self.tension * tight
         if self.strokes:
             vertices = np.vstack([self.loop, points])
             points = pull_placed(disk, vertices, self.strokes, tolerance=self.tolerance)[n:]
         return points if self.surface is None else self.surface.nearest(points).points
+
+    def count_flipped(self, quads: Int32Array, points: Points) -> int:
+        """Count the quads of a fill that are turned over where its inner vertices (k, 3) lie."""
+        if self.plane is None:
+            return count_flipped(self.around, quads, points)
+        vertices = np.vstack([self.loop, points])
+        return int(flipped(quads, vertices, np.tile(self.plane.normal, (len(vertices), 1))).sum())
+
+    def _lay_flat(self, plane: RimPlane, disk: LoopDisk) -> Points:
+        """(k, 3) the inner vertices in a plane."""
+        n, around = disk.perimeter, unfold(self.around, plane)
+        points = plane.project(place_fill(around, disk.quads, disk.n_vertices).points)
+        if self.count_flipped(disk.quads, points):
+            points = plane.project(place(disk, around.points[:n]).vertices[n:])
+        if self.strokes:
+            vertices = np.vstack([around.points[:n], points])
+            pulled = pull_placed(disk, vertices, self.strokes, tolerance=self.tolerance)
+            points = plane.project(pulled[n:])
+        # A boundary across an axis leaves no rounding along it.
+        level = np.ptp(self.loop, axis=0) == 0
+        points[:, level] = self.loop[0, level]
+        return points
 
 
 def _choose_region(surface: Surface, loop: Points) -> Region | None:

@@ -178,6 +178,49 @@ def test_batches_are_answered_line_by_line(learned: Path, tmp_path: Path) -> Non
     assert "6 questions" in result.err
 
 
+def write_tube(path: Path, n: int) -> Path:
+    """A tube of n quads around, one high."""
+    at = 2 * np.pi * np.arange(n) / n
+    ring = np.stack([np.cos(at), np.sin(at)], axis=1)
+    points = np.vstack([np.c_[ring, np.full(n, z)] for z in (0.0, 1.0)])
+    faces = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    write_mesh(path, PolygonMesh.from_faces(points, faces))
+    return path
+
+
+def test_the_shape_of_fills_is_chosen(learned: Path, tmp_path: Path) -> None:
+    tube, out = write_tube(tmp_path / "tube.obj", 12), tmp_path / "out.obj"
+    asked = ("holes", tube, "--loop", 12, "-o", out, "--db", learned)
+    heights: list[float] = []
+    for options in ((), ("--shape", "flat"), ("--shape", "smooth", "--tension", 1)):
+        result = run(*asked, *options)
+        assert result.code == 0 and (", flat," in result.err) == (len(heights) < 2)
+        heights.append(float(read_mesh(out).points[:, 2].max()))
+    assert run(*asked, "--shape", "smooth").code == 0
+    heights.append(float(read_mesh(out).points[:, 2].max()))
+    # A membrane does not leave the plane either.
+    np.testing.assert_allclose(heights[:3], 1.0, atol=1e-9)
+    assert heights[3] > 1.2
+    batch = tmp_path / "questions.jsonl"
+    lines = [{"mesh": "tube.obj", "loop": [12]}, {"mesh": "tube.obj", "loop": [12], "ngon": False}]
+    batch.write_text("\n".join(json.dumps(line) for line in lines))
+    result = run("holes", "--batch", batch, "--ngon", "--db", learned)
+    one, other = (json.loads(line)["holes"][0]["fills"] for line in result.out.splitlines())
+    assert len(one) == 1 and sorted(one[0]["ngon"]) == list(range(12, 24))
+    assert len(other) > 1 and other[0]["ngon"] is None and other[0]["flat"]
+
+
+def test_ngons_close_odd_holes(learned: Path, tmp_path: Path) -> None:
+    tube, out = write_tube(tmp_path / "tube.obj", 7), tmp_path / "out.obj"
+    refused = run("holes", tube, "--loop", 7, "-o", out, "--db", learned)
+    assert_refused(refused, EXIT_BAD_INPUT, "ngon fills it with one face")
+    picture = tmp_path / "out.png"
+    asked = ("holes", tube, "--all", "--ngon", "-o", out, "--picture", picture, "--db", learned)
+    result = run(*asked)
+    assert result.code == 0 and result.err.count("one face of 7 corners") == 2
+    assert read_mesh(out).arities().tolist() == [4] * 7 + [7, 7] and picture.exists()
+
+
 def test_odd_holes_have_ways_out(learned: Path, tmp_path: Path) -> None:
     mesh = read_mesh(HEAD)
     faces = mesh.faces()
@@ -213,6 +256,13 @@ def test_odd_holes_have_ways_out(learned: Path, tmp_path: Path) -> None:
     [
         ((), EXIT_USAGE, "name a mesh"),
         ((HEAD, "--loop", "1", "--faces", "2"), EXIT_USAGE, "exclude"),
+        ((HEAD, "--shape", "round"), EXIT_USAGE, "'auto', 'flat', 'smooth'"),
+        ((HEAD, "--tension", "1.5"), EXIT_USAGE, "0.0<=x<=1.0"),
+        ((HEAD, "--tension", "nan"), EXIT_USAGE, "from 0 to 1"),
+        ((HEAD, "--shape", "flat", "--tension", "0.5"), EXIT_USAGE, "no tension"),
+        ((HEAD, "--shape", "flat", "--surface", HEAD), EXIT_USAGE, "--surface"),
+        ((HEAD, "--ngon", "--shape", "smooth"), EXIT_USAGE, "no new vertices"),
+        ((HEAD, "--ngon", "--odd", "split"), EXIT_USAGE, "no quads"),
         ((HEAD, "--all", "--rank", "2"), EXIT_USAGE, "--all takes the best"),
         ((HEAD, "--loop", "5-2"), EXIT_USAGE, "runs backwards"),
         ((HEAD, "--loop", "36", "--loop", "475", "--rank", "2"), EXIT_USAGE, "the best fill of"),

@@ -16,6 +16,7 @@ from shared import EXAMPLES
 import patterndb
 from patterndb import Boundary, Stroke
 from patterndb_app.cli import cli
+from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES
 from query.engine import PatternSource
 
 NDJSON = {"Accept": "application/x-ndjson"}
@@ -274,6 +275,44 @@ def test_a_mesh_in_a_body_may_have_a_large_face(starter: ServedHere) -> None:
     asked["mesh"]["faces"][0] = [0] * 100_001
     refused = starter.http.post("/v1/holes", json=asked)
     assert refused.status_code == 400 and "100,000" in refused.json()["error"]
+
+
+def test_a_fill_lies_as_it_is_asked_to(starter: ServedHere, source: object) -> None:
+    n = 8
+    at = 2 * np.pi * np.arange(n) / n
+    points = [[float(np.cos(t)), float(np.sin(t)), z] for z in (0.0, 1.0) for t in at]
+    faces = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    mesh, polygons = {"points": points, "faces": faces}, patterndb.PolygonMesh.from_faces
+    listed = starter.http.get("/v1/shapes").json()
+    assert [shape["name"] for shape in listed["shapes"]] == list(SHAPES)
+    assert listed["tension"] == [LEAST_TENSION, MOST_TENSION]
+    asked: tuple[dict[str, Any], ...] = (
+        {},
+        {"shape": "flat"},
+        {"shape": "smooth", "tension": 0.25},
+        {"ngon": True},
+    )
+    for options in asked:
+        question = {"mesh": mesh, "loop": [n], "limit": 2, "weld": 1, **options}
+        answer = starter.http.post("/v1/holes", json=question).json()
+        found = patterndb.fill_holes(
+            source,  # type: ignore
+            polygons(points, faces),
+            loop=[n],
+            limit=2,
+            **options,
+        )
+        fills = answer["holes"][0]["fills"]
+        assert fills == [fill.to_json() for fill in found]
+        last = fills[0]["ngon"] if "ngon" in options else fills[0]["quads"][-1]
+        assert answer["mesh"]["faces"][-1] == last
+    for options, word in (
+        ({"shape": "round"}, "shape"),
+        ({"tension": 2}, "tension: 2 is not a number from 0 to 1"),
+        ({"shape": "flat", "tension": 0.5}, "no tension"),
+    ):
+        refused = starter.http.post("/v1/holes", json={"mesh": mesh, "loop": [n], **options})
+        assert refused.status_code == 400 and word in refused.json()["error"]
 
 
 def test_who_closes_a_stream_ends_the_search(starter: ServedHere) -> None:

@@ -40,6 +40,7 @@ def test_every_call_is_described(starter: ServedHere) -> None:
         "/v1/limits",
         "/v1/metrics",
         "/v1/orders",
+        "/v1/shapes",
         "/v1/stats",
         "/v1/meshes",
         "/v1/patterns",

@@ -10,6 +10,8 @@ import pytest
 from drive_page import find_place, wait_for_fills
 
 import patterndb
+from query.caprequest import SHAPES
+from query.holes.caps import RimPlane
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -56,6 +58,35 @@ def test_a_hole_is_clicked_filled_paged_and_downloaded(open_page: OpenPage, tmp_
     np.testing.assert_array_equal(new.points[: len(old.points)], old.points)
     # One border loop less, and all faces run the same way: else no holes could be told.
     assert len(patterndb.find_holes(new)) == len(patterndb.find_holes(old)) - 1
+
+
+def test_the_shape_of_a_fill_is_chosen(open_page: OpenPage, tmp_path: Path) -> None:
+    page = open_page("/#hole")
+    page.locator("#hole-file").set_input_files(HEAD)
+    page.locator(".loop-row").first.wait_for()
+    select = page.locator("#hole-shape")
+    select.wait_for()
+    assert select.locator("option").all_text_contents() == list(SHAPES)
+    select.select_option("flat")
+    assert page.locator("#hole-tension").is_disabled()
+    page.locator(".loop-row").first.click()
+    wait_for_fills(page, "#hole-strip")
+    page.locator("#hole-card").get_by_text("flat").wait_for()
+    with page.expect_download() as started:
+        page.get_by_role("button", name="Download the mesh").click()
+    started.value.save_as(tmp_path / "filled.obj")
+    old, new = patterndb.read_mesh(HEAD), patterndb.read_mesh(tmp_path / "filled.obj")
+    plane = RimPlane.of(patterndb.find_holes(old)[0].points)
+    added = new.points[len(old.points) :]
+    assert len(added)
+    np.testing.assert_allclose(plane.project(added), added, atol=1e-9)
+
+    select.select_option("smooth")
+    wait_for_fills(page, "#hole-strip")
+    page.locator("#hole-tension").fill("1")
+    page.locator("#hole-tension").press("Enter")
+    wait_for_fills(page, "#hole-strip")
+    page.get_by_role("heading", name="Fill 1 of").wait_for()
 
 
 def test_patterns_are_those_of_the_database(open_page: OpenPage) -> None:

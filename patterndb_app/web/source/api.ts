@@ -95,6 +95,13 @@ export interface HoleFillLine {
   readonly points: readonly Point[];
   readonly n_irregular: number;
   readonly flipped: number;
+  readonly flat: boolean;
+}
+
+/** The shapes that fills of holes can have, the default first, and the range of tension. */
+export interface ShapeInfo {
+  readonly shapes: readonly { readonly name: string; readonly what: string }[];
+  readonly tension: readonly [number, number];
 }
 
 export interface HoleAnswer {
@@ -205,15 +212,19 @@ export async function askLoops(mesh: PolygonMesh): Promise<readonly HoleLoop[]> 
   return answer.holes;
 }
 
+export const askShapes = (): Promise<ShapeInfo> => ask("shapes");
+
+/** lies: the entries of the question that say how fills are to lie. */
 export async function askHoleFills(
   mesh: PolygonMesh,
   vertex: number,
   limit: number,
+  lies: Readonly<Record<string, unknown>>,
   signal: AbortSignal,
 ): Promise<HoleAnswer> {
   const answer = await ask<{ holes: HoleAnswer[] }>(
     "holes",
-    asJson({ mesh, loop: [vertex], limit }, signal),
+    asJson({ mesh, loop: [vertex], limit, ...lies }, signal),
   );
   return answer.holes[0]!;
 }

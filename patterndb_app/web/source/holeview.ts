@@ -1,16 +1,17 @@
 /** The tab Hole: a mesh with holes, its loops, the fills of one, welded. */
 
 import { Group } from "three";
-import { askHoleFills, askLoops, type HoleFillLine, type HoleLoop } from "./api.ts";
+import { askHoleFills, askLoops, askShapes, type HoleFillLine, type HoleLoop, type ShapeInfo } from "./api.ts";
 import { makeButton } from "./buttons.ts";
 import { announce, find, make, saveFile } from "./dom.ts";
 import { dispose, makeFillFigure, makeGeometry, makeLines, makeMarkers, makeMeshEdges, makeSurface } from "./figure.ts";
+import { makeMeasureField, makeRow, makeSelect } from "./fields.ts";
 import { section } from "./fillpanel.ts";
 import { readMessage } from "./fillview.ts";
 import { Gallery, stepByKey } from "./gallery.ts";
 import { LAYER } from "./materials.ts";
 import { formatObj, parseMesh, type PolygonMesh, weldFill } from "./meshfile.ts";
-import { formatCount, formatMeasure, formatPlural } from "./numbers.ts";
+import { formatCount, formatMeasure, formatPlural, parseNumber } from "./numbers.ts";
 import { formatPlace } from "./permalink.ts";
 import { makeNet, type QuadNet } from "./quadnet.ts";
 import { Stage } from "./scene.ts";
@@ -42,6 +43,11 @@ export class HoleView {
   private readonly status = find("hole-status");
   private readonly card = find("hole-card");
   private readonly loopList = make("div", { class: "loops", role: "radiogroup", "aria-label": "holes", "data-keys": true });
+  /** How fills are to lie: choices that the service lists. */
+  private readonly choices = make("div", {}, make("p", { class: "hint" }, "The service has not listed its shapes yet."));
+  private shapes: ShapeInfo | null = null;
+  private shape: string | null = null;
+  private tension: number | null = null;
   private readonly base = new Group();
   private readonly rims = new Group();
   private figure: Group | null = null;
@@ -65,6 +71,7 @@ export class HoleView {
     find("hole-panel").append(
       section("Mesh", makeButton("open", "Open or drop OBJ, PLY", pick, { className: "button quiet wide" }), makeButton(null, EXAMPLE.title, () => void this.openExample(), { className: "button quiet wide" }), file),
       section("Holes", this.loopList),
+      section("How fills lie", this.choices),
     );
     find("hole-begin").append(makeButton("open", "Open a mesh", pick, { className: "button primary" }), makeButton(null, EXAMPLE.title, () => void this.openExample()));
     this.card.hidden = true;
@@ -78,7 +85,61 @@ export class HoleView {
     this.stage.setDrawing(shown);
   }
 
+  private async loadShapes(): Promise<void> {
+    try {
+      this.shapes = await askShapes();
+      this.showChoices(this.shapes);
+    } catch (error) {
+      this.tell(readMessage(error), true);
+    }
+  }
+
+  /** Makes the choices of shape and tension. */
+  private showChoices({ shapes, tension }: ShapeInfo): void {
+    const what = make("p", { class: "hint", id: "hole-shape-help" });
+    const names = shapes.map(({ name }): [string, string] => [name, name]);
+    const shape = makeSelect("hole-shape", names, this.shape ?? names[0]![0], (name) => {
+      this.shape = name;
+      describe();
+      refill();
+    });
+    shape.setAttribute("aria-describedby", "hole-shape-help");
+    const field = makeMeasureField(
+      "hole-tension",
+      String(tension[0]),
+      (value) => {
+        this.tension = value;
+        refill();
+      },
+      (value) => value >= tension[0] && value <= tension[1],
+    );
+    field.set(this.tension);
+    field.element.title = `${tension[0]}: bends least, ${tension[1]}: a membrane`;
+    const describe = (): void => {
+      what.textContent = `${shape.value}: ${shapes.find(({ name }) => name === shape.value)?.what ?? "unknown"}.`;
+      field.element.disabled = shape.value === "flat";
+    };
+    const refill = (): void => {
+      this.keepAddress();
+      if (this.open >= 0) void this.fill(this.open);
+    };
+    describe();
+    this.choices.replaceChildren(makeRow("Shape", shape, "hole-shape"), what, makeRow("Tension", field.element, "hole-tension"));
+  }
+
+  /** The entries of a question that say how its fills are to lie. */
+  private listChoices(): Record<string, string | number> {
+    return {
+      ...(this.shape !== null && { shape: this.shape }),
+      ...(this.tension !== null && this.shape !== "flat" && { tension: this.tension }),
+    };
+  }
+
   async show(values: URLSearchParams): Promise<void> {
+    if (values.has("shape")) this.shape = values.get("shape");
+    if (values.has("tension")) this.tension = parseNumber(values.get("tension")!);
+    if (this.shapes) this.showChoices(this.shapes);
+    else void this.loadShapes();
     if (values.get("mesh") !== EXAMPLE.name || this.name === EXAMPLE.name) return;
     await this.openExample();
     const vertex = Number(values.get("loop"));
@@ -165,7 +226,7 @@ export class HoleView {
     const { signal } = this.search;
     this.tell(`Filling the hole of ${loop.edges} edges …`);
     try {
-      const answer = await askHoleFills(this.mesh, loop.loop[0]!, LISTED, signal);
+      const answer = await askHoleFills(this.mesh, loop.loop[0]!, LISTED, this.listChoices(), signal);
       if (signal.aborted) return;
       this.items = answer.fills.map((line) => this.makeItem(line));
       for (const [i, item] of this.items.entries()) this.addToGallery(item, i, loop);
@@ -262,6 +323,7 @@ export class HoleView {
       ["irregular", valences.length ? make("span", { class: "keys" }, ...drawKey(valences)) : "none"],
     ];
     if (line.score !== null) facts.push(["score", formatMeasure(line.score)]);
+    if (line.flat) facts.push(["shape", "flat"]);
     if (line.flipped) facts.push(["flipped", formatCount(line.flipped)]);
     const ghost = { shown: false, className: "button ghost" };
     this.card.replaceChildren(
@@ -292,6 +354,7 @@ export class HoleView {
       const loop = this.loops[this.open];
       if (loop) values.set("loop", String(loop.loop[0]));
       if (this.chosen > 0) values.set("r", String(this.chosen + 1));
+      for (const [name, value] of Object.entries(this.listChoices())) values.set(name, String(value));
     }
     history.replaceState(null, "", formatPlace("hole", values));
   }
