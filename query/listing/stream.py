@@ -620,7 +620,7 @@ class _Sieve:
     def list_first(self, fill: Fill) -> None:
         """Remember a fill that is listed already, for the search will come by it."""
         self._first = fill
-        self._first_key = hash_fill(fill, self._closed)
+        self._first_key = b""
 
     def is_done_with(self, pattern_id: int) -> bool:
         """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
@@ -637,8 +637,11 @@ class _Sieve:
             return None
         first = self._first
         maybe_first = first is not None and candidate.pattern_id == first.pattern.id
-        if maybe_first and hash_fill(fill, self._closed) == self._first_key:
-            return None
+        if maybe_first and first is not None:
+            # Where only the first of the list is taken this is never asked.
+            self._first_key = self._first_key or hash_fill(first, self._closed)
+            if hash_fill(fill, self._closed) == self._first_key:
+                return None
         if not q.wants(fill.origin):
             return None
         if q.filters.max_quads is not None and fill.n_quads > q.filters.max_quads:
