@@ -25,13 +25,15 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.draft.fixedcurves import find_fixed_curves
+from patterndb_sketch.retopo.draft.shapematching import match_squares, mean_normals
 from patterndb_sketch.retopo.filling import FilledNetwork, place_fill, weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.placing import name_border_vertices
 from patterndb_sketch.retopo.filling.report import cut_quads
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import FACE, Chain, Node, set_choice
+from patterndb_sketch.retopo.network import Chain, Node, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
 from query.placing.untangle import UNMOVED, untangle
@@ -110,122 +112,11 @@ class _FarPoints:
     size: Floats
 
 
-class _Rail:
-    """A curve that stays, on which vertices slide: (n,) vertices at (n,) lengths along it; the last
-    is the first of a closed one."""
-
-    def __init__(
-        self,
-        vertices: NDArray[np.signedinteger],
-        along: Floats,
-        line: Points,
-        normals: Points,
-        place: Floats,
-        closed: bool,
-        bounds: list[tuple[int, int, int]],
-    ) -> None:
-        self.vertices = vertices
-        self.along = along
-        self.line, self.normals, self.place = line, normals, place
-        self.closed = closed
-        self.bounds = bounds
-        self.slides = np.ones(len(vertices), np.bool_)
-        if not closed:
-            self.slides[[0, -1]] = False
-
-    def at(self, along: Floats) -> tuple[Points, Points]:
-        total = self.place[-1]
-        along = along % total if self.closed else np.clip(along, 0.0, total)
-        points = np.stack([np.interp(along, self.place, self.line[:, c]) for c in range(3)], axis=1)
-        up = np.stack([np.interp(along, self.place, self.normals[:, c]) for c in range(3)], axis=1)
-        return points, units(up)
-
-    def slide(
-        self, at: Points, normals: Points, move: Points, moved: Points, turned: Points
-    ) -> None:
-        """Take the vertices along, none past its neighbours."""
-        v, s = self.vertices, self.along
-        n = len(v) - 1
-        step = 1e-3 * self.place[-1]
-        tangent = units(self.at(s + step)[0] - self.at(s - step)[0])
-        by = np.einsum("nc,nc->n", move[v], tangent)
-        gap = np.diff(s)
-        before, after = np.r_[gap[-1] if self.closed else 0.0, gap], np.r_[gap, gap[0]]
-        by = np.clip(by, -0.4 * before, 0.4 * after)
-        by[~self.slides] = 0.0
-        if self.closed:
-            by[n] = by[0]
-        self.wanted = s + by
-        points, up = self.at(self.wanted)
-        chosen = self.slides
-        moved[v[chosen]], turned[v[chosen]] = points[chosen], up[chosen]
-
-    def settle(self, at: Points) -> None:
-        """Vertices that were held back stay where they were."""
-        points, _ = self.at(self.wanted)
-        came = np.linalg.norm(points - at[self.vertices], axis=1) < 1e-9 * self.place[-1]
-        self.along = np.where(came, self.wanted, self.along)
-
-    def piece(self, low: int, high: int) -> tuple[Points, Points]:
-        """Points and normals from one of the vertices to another."""
-        a, b = self.along[low], self.along[high]
-        inner = self.place
-        if self.closed:
-            inner = np.concatenate([inner[:-1] - inner[-1], inner, inner[1:] + inner[-1]])
-        inner = inner[(inner > a + 1e-9) & (inner < b - 1e-9)]
-        wanted = np.r_[a, inner, b]
-        if len(wanted) < 4:
-            wanted = np.linspace(a, b, 5)
-        return self.at(wanted)
-
-
 #: Rounds for shape alone.
 SHAPING = 50
 
 #: Shapes and types of no far points.
 NOTHING = (((3,), float), ((3,), np.int32), ((3,), float), ((3,), float), ((), float))
-
-#: A quad's wanted size is so much its own, and else the mean of all.
-OWN_SIZE = 0.3
-
-#: Quads with corners below this scaled Jacobian count up to so many times as much.
-POOR, MORE = 0.6, 12.0
-
-
-def mean_normals(at: Points, quads: Int32Array) -> Points:
-    """(v, 3) unit normals of the quads around each vertex: what was projected to the other side of
-    a thin plate, with the normal there, comes back by them."""
-    corner = at[quads]
-    across = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
-    total = np.zeros_like(at)
-    for k in range(4):
-        np.add.at(total, quads[:, k], across)
-    return total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-300)
-
-
-def match_squares(at: Points, quads: Int32Array, size: float) -> Points:
-    """(v, 3) where vertices are wanted, for each quad to be a square of about one size: the mean of
-    the corners of the squares that fit its quads best."""
-    corner = at[quads]
-    middle = corner.mean(axis=1)
-    u, v = 0.5 * (corner[:, 0] - corner[:, 2]), 0.5 * (corner[:, 1] - corner[:, 3])
-    normal = np.cross(u, v)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
-    u = 0.5 * (u + np.cross(v, normal))
-    own = np.linalg.norm(u, axis=1, keepdims=True)
-    wanted = OWN_SIZE * own + (1.0 - OWN_SIZE) * size / np.sqrt(2.0)
-    u *= wanted / np.maximum(own, 1e-300)
-    v = np.cross(normal, u)
-    side = np.roll(corner, -1, axis=1) - corner
-    length = np.maximum(np.linalg.norm(side, axis=2), 1e-300)
-    turn = np.cross(np.roll(side, 1, axis=1), side)
-    sine = np.einsum("qkc,qc->qk", turn, normal) / (length * np.roll(length, 1, axis=1))
-    weight = 1.0 + (MORE - 1.0) * np.clip((POOR - sine.min(axis=1)) / POOR, 0.0, 1.0)
-    total, count = np.zeros_like(at), np.zeros(len(at))
-    for k, off in enumerate((u, v, -u, -v)):
-        np.add.at(total, quads[:, k], weight[:, None] * (middle + off))
-        np.add.at(count, quads[:, k], weight)
-    return np.where(count[:, None] > 0, total / np.maximum(count, 1e-300)[:, None], at)
 
 
 class _Fit:
@@ -252,12 +143,13 @@ class _Fit:
         self.number = number_vertices(found, self.mesh)
         self.on_network = self._name_vertices()
         self.free = self._find_free(kept)
-        self.rails = [] if kept else self._find_rails()
-        for rail in self.rails:
-            self.free[rail.vertices[rail.slides]] = True
-        self.on_rail = np.zeros(len(self.free), np.bool_)
-        for rail in self.rails:
-            self.on_rail[rail.vertices] = True
+        # Where patches are kept, their borders stay as they are.
+        network = found.network
+        self.curves = [] if kept else find_fixed_curves(network, laid, self._list_along)
+        self.on_curve = np.zeros(len(self.free), np.bool_)
+        for curve in self.curves:
+            self.free[curve.vertices[curve.sliding]] = True
+            self.on_curve[curve.vertices] = True
         self.beside = _link_neighbours(self.mesh)
         self.degree = np.maximum(np.diff(self.beside.indptr), 1)[:, None]
         self.within = WITHIN * ground.diagonal
@@ -293,93 +185,6 @@ class _Fit:
             free[self.number[patch][self.found.placed[patch].perimeter :]] = False
         return free
 
-    def _find_rails(self) -> list[_Rail]:
-        """The curves that no draft laid, from corner to corner, with the vertices on them."""
-        network = self.found.network
-        fixed = {
-            c.id for c in network.chains.values() if c.id not in self.laid and FACE not in c.marks
-        }
-        ends: dict[int, list[int]] = {}
-        for c in fixed:
-            chain = network.chains[c]
-            if not chain.loose:
-                ends.setdefault(chain.start, []).append(2 * c)
-                ends.setdefault(chain.end, []).append(2 * c + 1)
-
-        def passes(node: int) -> bool:
-            at = ends.get(node, [])
-            if len(at) != 2 or not network.nodes[node].cut:
-                return False
-            one, two = (network.chains[h >> 1].directed(h)[0] for h in at)
-            a, b = one[min(2, len(one) - 1)] - one[0], two[min(2, len(two) - 1)] - two[0]
-            return bool(a @ b < -0.85 * np.linalg.norm(a) * np.linalg.norm(b))
-
-        rails: list[_Rail] = []
-        left = set(fixed)
-        while left:
-            c = min(left)
-            left.discard(c)
-            halves = [2 * c]
-            if network.chains[c].loose:
-                continue
-            closed = False
-            for forward in (True, False):
-                while True:
-                    half = halves[-1] if forward else halves[0] ^ 1
-                    node = network.origin(half ^ 1)
-                    if not passes(node):
-                        break
-                    after = next(h for h in ends[node] if h != half ^ 1)
-                    if after >> 1 not in left:
-                        closed = after >> 1 in {h >> 1 for h in halves}
-                        break
-                    left.discard(after >> 1)
-                    if forward:
-                        halves.append(after)
-                    else:
-                        halves.insert(0, after ^ 1)
-                if closed:
-                    break
-            closed = closed and network.origin(halves[0]) == network.origin(halves[-1] ^ 1)
-            rail = self._make_rail(halves, closed and passes(network.origin(halves[0])))
-            if rail is not None:
-                rails.append(rail)
-        return rails
-
-    def _make_rail(self, halves: list[int], closed: bool) -> _Rail | None:
-        network = self.found.network
-        numbers: list[int] = []
-        along: list[float] = []
-        lines: list[Points] = []
-        normals: list[Points] = []
-        bounds: list[tuple[int, int, int]] = []
-        far = 0.0
-        for half in halves:
-            chain = network.chains[half >> 1]
-            one = self._list_along(chain)
-            if not one:
-                return None
-            if half & 1:
-                one = one[::-1]
-            line, up = chain.directed(half)
-            length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
-            bounds.append((half, len(numbers), len(numbers) + len(one) - 1))
-            place = far + length * np.linspace(0.0, 1.0, len(one))
-            numbers += one[:-1]
-            along += place[:-1].tolist()
-            lines.append(line[:-1])
-            normals.append(up[:-1])
-            far += length
-        lines.append(line[-1:])
-        normals.append(up[-1:])
-        numbers.append(one[-1])
-        along.append(far)
-        line = np.concatenate(lines)
-        place = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]
-        return _Rail(
-            np.array(numbers), np.array(along), line, np.concatenate(normals), place, closed, bounds
-        )
-
     def _list_along(self, chain: Chain) -> list[int]:
         """The vertices along a chain; none where no patch beside it has quads."""
         keys = [(chain.start, -1), *((chain.id, k) for k in range(1, chain.count))]
@@ -393,7 +198,7 @@ class _Fit:
         fewest = int(wrong.sum())
         if not fewest:
             return
-        free, chosen = self.free & ~self.on_rail, np.ones(len(all_quads), np.bool_)
+        free, chosen = self.free & ~self.on_curve, np.ones(len(all_quads), np.bool_)
         if len(all_quads) > MOST_AT_ONCE:
             free = free & self._find_around(all_quads[wrong])
             chosen = free[all_quads].any(axis=1)
@@ -437,8 +242,6 @@ class _Fit:
         near = _FarPoints(*(np.empty((0, *n), t) for n, t in NOTHING))
         for _ in range(SHAPING):
             self._step(near)
-            for rail in self.rails:
-                rail.settle(self.at)
 
     def run(self) -> None:
         """Move the vertices, round by round."""
@@ -449,8 +252,6 @@ class _Fit:
             far = self._measure(active)
             active = far.points
             self._step(far)
-            for rail in self.rails:
-                rail.settle(self.at)
 
     def _measure(self, points: Points) -> _FarPoints:
         """Of points (n, 3) of the ground those that are not near to the quads."""
@@ -483,13 +284,19 @@ class _Fit:
         smooth -= (smooth * up).sum(axis=1, keepdims=True) * up
         move = (1.0 - share) * SMOOTHED * smooth + share * DRAWN * drawn
         moved, turned = self.at.copy(), self.normals.copy()
-        loose = self.free & ~self.on_rail
+        loose = self.free & ~self.on_curve
         moved[loose] += move[loose]
         there = self.ground.nearest_facing(moved[loose], up[loose])
         moved[loose], turned[loose] = there.points, there.normals
-        for rail in self.rails:
-            rail.slide(self.at, self.normals, move, moved, turned)
+        wanted = [curve.propose(move) for curve in self.curves]
+        for curve, along in zip(self.curves, wanted, strict=True):
+            points, normals = curve.locate(along)
+            sliding = curve.sliding
+            chosen = curve.vertices[sliding]
+            moved[chosen], turned[chosen] = points[sliding], normals[sliding]
         self._hold(moved, turned)
+        for curve, along in zip(self.curves, wanted, strict=True):
+            curve.settle(along, self.at)
 
     def _hold(self, moved: Points, turned: Points) -> None:
         """Go there, but for vertices of quads that would flip: they go less far, or stay."""
@@ -507,7 +314,7 @@ class _Fit:
                     held |= (self.beside @ held.astype(np.float64)) > 0.0
                 moved[held], turned[held] = self.at[held], self.normals[held]
                 continue
-            held &= self.free & ~self.on_rail
+            held &= self.free & ~self.on_curve
             half = 0.5 * (moved[held] + self.at[held])
             there = self.ground.nearest_facing(half, turned[held])
             moved[held], turned[held] = there.points, there.normals
@@ -522,9 +329,9 @@ class _Fit:
             point, normal = self.at[vertex].copy(), self.normals[vertex].copy()
             nodes[number] = replace(nodes[number], point=point, normal=normal)
         chains = dict(network.chains)
-        for rail in self.rails:
-            for half, low, high in rail.bounds:
-                points, normals = rail.piece(low, high)
+        for curve in self.curves:
+            for half, low, high in curve.pieces:
+                points, normals = curve.piece(low, high)
                 if half & 1:
                     points, normals = points[::-1].copy(), normals[::-1].copy()
                 old = chains[half >> 1]
