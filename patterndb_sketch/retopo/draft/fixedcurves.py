@@ -66,7 +66,7 @@ class FixedCurve:
         return points, units(up)
 
     def propose(self, move: Points) -> Floats:
-        """Return (n,) where vertices slide to by moves (v, 3), none past a neighbour, as lengths."""
+        """Return (n,) lengths where vertices slide to by moves (v, 3), none past a neighbour."""
         step = TANGENT * self.place[-1]
         tangent = units(self.locate(self.along + step)[0] - self.locate(self.along - step)[0])
         by = np.einsum("nc,nc->n", move[self.vertices], tangent)

@@ -22,9 +22,10 @@ from patterndb_sketch.retopo.ground import Ground
 #: the second. Found on nine CAD bodies and ten organic ones.
 SHARP, CONTINUED = 40.0, 25.0
 
-#: A chain is kept if its median dihedral is above CLEAR degrees, or above CONTRAST times the 75 %
-#: quantile of the edges next to it, which counts as ROUGH degrees at least.
-CLEAR, CONTRAST, ROUGH = 65.0, 4.0, 8.0
+#: A chain is kept if its median dihedral is CONTRAST times the 75 % quantile of the edges next to
+#: it, which counts as ROUGH degrees at least, or if it is above CLEAR degrees and CLEARLY times
+#: that quantile: a cylinder of ten sides has edges of 36 degrees next to its rim of 90.
+CONTRAST, ROUGH, CLEAR, CLEARLY = 4.0, 8.0, 65.0, 2.0
 
 #: A chain is noise if it is shorter than this, in target edges: with one open end; with two, and
 #: components as a whole; closed.
@@ -215,7 +216,8 @@ def _find_rough(sharp: set[Edge], ends: NDArray[np.integer], angle: Floats) -> s
         median = float(np.median([own[pair] for pair in edges]))
         around = [degrees for v in chain for degrees in beside.get(v, ())]
         usual = float(np.percentile(around, 75)) if around else 0.0
-        if median < CLEAR and median < CONTRAST * max(usual, ROUGH):
+        clear = median > CLEAR and median > CLEARLY * usual
+        if not clear and median < CONTRAST * max(usual, ROUGH):
             rough.update(edges)
     return rough
 
