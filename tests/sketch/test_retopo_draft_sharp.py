@@ -24,6 +24,7 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     list_chains,
 )
 from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders, check_network
@@ -205,5 +206,5 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(source: PatternSou
 
 @pytest.mark.parametrize("sharp", ["blunt", 0.0, 180.0, True, [1]])
 def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> None:
-    outcome = Editor(box(1), source).do(Call("draft", {"sharp": sharp}))
-    assert outcome.refused is not None and '"auto", "none", or an angle' in outcome.refused
+    with pytest.raises(InvalidRetopoError, match='"auto", "none", or an angle'):
+        Editor(box(1), source).do(Call("draft", {"sharp": sharp}))

@@ -23,9 +23,12 @@ from patterndb_sketch.retopo.ground import Ground
 SHARP, CONTINUED = 40.0, 25.0
 
 #: A chain is kept if its median dihedral is CONTRAST times the 75 % quantile of the edges next to
-#: it, which counts as ROUGH degrees at least, or if it is above CLEAR degrees and CLEARLY times
-#: that quantile: a cylinder of ten sides has edges of 36 degrees next to its rim of 90.
-CONTRAST, ROUGH, CLEAR, CLEARLY = 4.0, 8.0, 65.0, 2.0
+#: it that are not sharp, which counts as ROUGH degrees at least, or if it is above CLEAR degrees.
+CONTRAST, ROUGH, CLEAR = 4.0, 8.0, 65.0
+
+#: Nor is it kept if that is below so many times the median of all other edges next to it that are
+#: shorter than a target edge: there the surface is rough at the scale of its triangles.
+CLEARLY = 3.0
 
 #: A chain is noise if it is shorter than this, in target edges: with one open end; with two, and
 #: components as a whole; closed.
@@ -75,7 +78,7 @@ def find_sharp_edges(ground: Ground, edge: float, rule: SharpRule = AUTOMATIC) -
     sharp = _join_gaps(sharp, weak)
     sharp = _extend_straight(ground.vertices, sharp, weak - sharp)
     if rule.filtered:
-        sharp -= _find_rough(sharp, ends, angle)
+        sharp -= _find_rough(ground.vertices, sharp, ends, angle, edge)
     return frozenset(_drop_short(ground.vertices, sharp, edge))
 
 
@@ -195,30 +198,33 @@ def _extend_straight(at: Points, sharp: set[Edge], weak: set[Edge]) -> set[Edge]
     return found
 
 
-def _find_rough(sharp: set[Edge], ends: NDArray[np.integer], angle: Floats) -> set[Edge]:
+def _find_rough(
+    at: Points, sharp: set[Edge], ends: NDArray[np.integer], angle: Floats, edge: float
+) -> set[Edge]:
     """Find the edges of chains that do not stand out from the edges next to them."""
     if not sharp:
         return set()
-    on_chain = np.zeros(int(ends.max()) + 1, np.bool_)
+    on_chain = np.zeros(len(at), np.bool_)
     on_chain[list(count_degrees(sharp))] = True
     near = on_chain[ends].any(axis=1)
-    own: dict[Edge, float] = {}
-    beside: dict[int, list[float]] = {}
-    for (a, b), degrees in zip(ends[near].tolist(), angle[near].tolist(), strict=True):
-        if (a, b) in sharp:
-            own[a, b] = degrees
-            continue
-        for vertex in (a, b):
-            beside.setdefault(vertex, []).append(degrees)
+    ends, angle = ends[near], angle[near]
+    short = np.linalg.norm(at[ends[:, 0]] - at[ends[:, 1]], axis=1) < edge
+    of = dict(zip(map(tuple, ends.tolist()), angle.tolist(), strict=True))
+    beside: dict[int, list[tuple[Edge, bool]]] = {}
+    for pair, is_short in zip(of, short.tolist(), strict=True):
+        for vertex in pair:
+            beside.setdefault(vertex, []).append((pair, is_short))
     rough: set[Edge] = set()
     for chain in list_chains(sharp):
-        edges = _edges_of(chain)
-        median = float(np.median([own[pair] for pair in edges]))
-        around = [degrees for v in chain for degrees in beside.get(v, ())]
-        usual = float(np.percentile(around, 75)) if around else 0.0
-        clear = median > CLEAR and median > CLEARLY * usual
-        if not clear and median < CONTRAST * max(usual, ROUGH):
-            rough.update(edges)
+        own = set(_edges_of(chain))
+        median = float(np.median([of[pair] for pair in own]))
+        around = {pair: is_short for v in chain for pair, is_short in beside[v] if pair not in own}
+        blunt = [of[pair] for pair in around if pair not in sharp]
+        small = [of[pair] for pair, is_short in around.items() if is_short]
+        usual = float(np.percentile(blunt, 75)) if blunt else 0.0
+        unclear = median < CLEAR and median < CONTRAST * max(usual, ROUGH)
+        if unclear or (small and median < CLEARLY * float(np.median(small))):
+            rough.update(own)
     return rough
 
 
