@@ -333,7 +333,7 @@ RUNS: dict[str, VerbRun] = {
     "retopo": VerbRun(
         (
             "retopo --script sheet.jsonl -o sheet-quads.obj --session s.retopo --picture s.png",
-            "retopo examples/jug.obj --quads -o jug-quads.obj",
+            "retopo examples/jug.obj --from-quads -o jug-quads.obj",
             "retopo examples/dog.obj --draft -o dog-draft.obj",
             "retopo --script jug.jsonl -o jug-sleeve.obj --picture jug.png",
         ),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,6 +41,26 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
+class SharpAngle(click.ParamType):
+    """Which edges are sharp: "auto", "none", or a dihedral angle in degrees."""
+
+    name = "sharp"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | float:
+        """Return the word, or the angle."""
+        if value in ("auto", "none"):
+            return str(value)
+        try:
+            angle = float(str(value))
+        except ValueError:
+            angle = 0.0
+        if not 1.0 <= angle <= 179.0:
+            self.fail(f"{value!r}: give auto, none, or an angle from 1 to 179 degrees", param, ctx)
+        return angle
+
+
 class RetopoCommand(SectionedCommand):
     """The verb, whose help lists the tools of a script."""
 
@@ -55,7 +76,8 @@ class RetopoCommand(SectionedCommand):
 @click.command(
     cls=RetopoCommand,
     sections={
-        "Input": ("--script", "--lenient", "--session", "--quads", "--draft", "--edge", "--db"),
+        "Input": ("--script", "--lenient", "--session", "--from-quads", "--db"),
+        "Draft": ("--draft", "--edge", "--quads", "--sharp", "--strict"),
         "Output": (
             "-o",
             "--record",
@@ -90,7 +112,7 @@ class RetopoCommand(SectionedCommand):
     "left front), front, back, left, right, top, bottom.  [default: home]",
 )
 @click.option(
-    "--quads",
+    "--from-quads",
     is_flag=True,
     help="SURFACE is a mesh of quads: begin from its regular grids. A few triangles and larger "
     "faces may be among them, and stay as they are.",
@@ -105,6 +127,25 @@ class RetopoCommand(SectionedCommand):
     type=click.FloatRange(min=0.0, min_open=True),
     metavar="LENGTH",
     help="Target length of the draft's edges, in its unit.  [default: 3 % of the diagonal]",
+)
+@click.option(
+    "--quads",
+    type=click.IntRange(20, 200_000),
+    metavar="N",
+    help="About how many quads the draft is to have, in place of --edge.",
+)
+@click.option(
+    "--sharp",
+    type=SharpAngle(),
+    metavar="auto|ANGLE|none",
+    help="Keep sharp edges in the draft: those that stand out, all whose triangles meet at more "
+    "than ANGLE degrees, or none.  [default: auto]",
+)
+@click.option(
+    "--strict",
+    is_flag=True,
+    help="Refuse the draft where a part of SURFACE cannot be drafted well. By default such parts "
+    "are left open, or drafted as well as possible, and reported.",
 )
 @click.option(
     "--view",
@@ -136,9 +177,12 @@ def retopo(
     output: Path | None,
     picture: Path | None,
     sides: str | None,
-    quads: bool,
+    from_quads: bool,
     draft: bool,
     edge: float | None,
+    quads: int | None,
+    sharp: str | float | None,
+    strict: bool,
     view: bool,
     record: Path | None,
     lenient: bool,
@@ -173,16 +217,18 @@ def retopo(
 
     \b
     patterndb retopo spot.obj --draft -o spot-draft.obj
+    patterndb retopo part.obj --draft --quads 1500 -o part-draft.obj
     patterndb retopo spot.obj --session spot.retopo
     patterndb retopo --script spot.jsonl -o spot-quads.obj
     patterndb retopo --script legs.jsonl --session spot.retopo --picture legs.png
     patterndb retopo --session spot.retopo --picture spot.png --sides front,back,left,top
     patterndb retopo --session spot.retopo -o spot-quads.obj
-    patterndb retopo cage.obj --quads --record edits.jsonl
+    patterndb retopo cage.obj --from-quads --record edits.jsonl
     """
-    asked = RetopoRequest(surface, script, session, quads)
+    asked = RetopoRequest(surface, script, session, from_quads)
     asked.check()
-    check_draft(asked, draft, edge)
+    wishes = {"edge": edge, "quads": quads, "sharp": sharp, "strict": strict or None}
+    check_draft(asked, draft, wishes)
     nothing_else = script is None and output is None and picture is None and not as_json
     nothing_else = nothing_else and not (draft and session is not None)
     view = view or nothing_else
@@ -230,7 +276,7 @@ def retopo(
         if start.ground.turned:
             say(f"{plural(start.ground.turned, 'triangle')} turned over, to face as all others do")
         began = read_work_clock()
-        drafted = [_make_draft(editor, edge)] if draft else []
+        drafted = [_make_draft(editor, wishes)] if draft else []
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
@@ -303,13 +349,13 @@ def _read_sides(sides: str | None, picture: Path | None) -> tuple[str, ...]:
     return found
 
 
-def _make_draft(editor: Editor, edge: float | None) -> ScriptLine:
-    """Call the tool; what it says on stderr, and the line of a script that does the same."""
+def _make_draft(editor: Editor, wishes: Mapping[str, object]) -> ScriptLine:
+    """Call the tool; write its notes to stderr, and return the script's line that does the same."""
     from patterndb_sketch.retopo.editor import Call
     from patterndb_sketch.retopo.errors import RefusedError
     from patterndb_sketch.retopo.script import ScriptLine
 
-    call = Call("draft", {} if edge is None else {"edge": edge})
+    call = Call("draft", {name: value for name, value in wishes.items() if value is not None})
     outcome = editor.do(call)
     if outcome.refused is not None:
         raise RefusedError(f"--draft: {outcome.refused}")
@@ -427,18 +473,21 @@ class RetopoRequest:
                 f"{self.session} has its surface in it; leave SURFACE out, or begin another session"
             )
         if self.goes_on and self.quads:
-            raise click.UsageError(f"{self.session} has begun already; leave --quads out")
+            raise click.UsageError(f"{self.session} has begun already; leave --from-quads out")
         if self.surface is None and self.script is None and not self.goes_on:
             there = "no session is given" if self.session is None else f"there is no {self.session}"
             raise click.UsageError(f"nothing to draw on: give a SURFACE or a --script; {there}")
 
 
-def check_draft(asked: RetopoRequest, draft: bool, edge: float | None) -> None:
-    """UsageError where a draft does not go together with the rest."""
-    if edge is not None and not draft:
-        raise click.UsageError("--edge is the length of a draft's edges; give --draft, too")
+def check_draft(asked: RetopoRequest, draft: bool, wishes: Mapping[str, object]) -> None:
+    """Raise UsageError where a draft does not go together with the rest."""
+    for name, value in wishes.items():
+        if value is not None and not draft:
+            raise click.UsageError(f"--{name} is an option of drafts; give --draft, too")
+    if wishes["edge"] is not None and wishes["quads"] is not None:
+        raise click.UsageError("--edge and --quads both say how fine a draft is; give one of them")
     if draft and asked.quads:
-        raise click.UsageError("--quads is of patches all over; leave --draft out")
+        raise click.UsageError("--from-quads gives patches all over; leave --draft out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -508,7 +557,7 @@ def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:
     if len(others) > len(quads):
         raise InvalidRetopoError(
             f"{path}: {len(others)} of {mesh.n_faces} faces are not quads; begin from a mesh that "
-            "is mostly quads, or leave --quads out and draw on it"
+            "is mostly quads, or leave --from-quads out and draw on it"
         )
     try:
         return Editor.of_quads(import_quads(mesh.points, quads, others=others), database)

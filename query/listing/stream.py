@@ -739,13 +739,19 @@ class _Sieve:
     def list_first(self, fill: Fill) -> None:
         """Remember a fill that is listed already, for the search will come by it."""
         self._first = fill
-        self._first_key = hash_fill(fill, self._closed)
+        self._first_key = b""
+
+    def _hash_first(self) -> bytes:
+        """The hash of that fill, made when it is first compared: often only one is taken."""
+        assert self._first is not None
+        self._first_key = self._first_key or hash_fill(self._first, self._closed)
+        return self._first_key
 
     def count_first(self) -> None:
         """Count that fill as one of its pattern's."""
         assert self._first is not None
         self._of_pattern[self._first.pattern.id] += 1
-        self._keys.add(self._first_key)
+        self._keys.add(self._hash_first())
 
     def is_done_with(self, pattern_id: int) -> bool:
         """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
@@ -764,7 +770,11 @@ class _Sieve:
         maybe_first = candidate.may_repeat or (
             first is not None and candidate.pattern_id == first.pattern.id
         )
-        if first is not None and maybe_first and hash_fill(fill, self._closed) == self._first_key:
+        if (
+            first is not None
+            and maybe_first
+            and hash_fill(fill, self._closed) == self._hash_first()
+        ):
             return None
         if not q.wants(fill.origin):
             return None

@@ -199,8 +199,8 @@ def test_options_that_do_not_go_together_are_usage_errors(ball: Path, tmp_path: 
     result = run("retopo", ball, "--script", played, "--session", session)
     assert_refused(result, 2, "has its surface in it; leave SURFACE out")
     assert_refused(run("retopo", "--session", session, "--lenient"), 2, "give a --script")
-    result = run("retopo", "--session", session, "--quads", "--json")
-    assert_refused(result, 2, "has begun already; leave --quads out")
+    result = run("retopo", "--session", session, "--from-quads", "--json")
+    assert_refused(result, 2, "has begun already; leave --from-quads out")
     record = tmp_path / "r.jsonl"
     result = run("retopo", "--session", session, "--record", record)
     assert_refused(result, 2, "leave --record out")
@@ -252,7 +252,7 @@ def test_a_mesh_of_quads_comes_back_as_it_was_and_can_be_edited(ball: Path, tmp_
     first, again = tmp_path / "first.obj", tmp_path / "again.obj"
     document("--script", script(tmp_path / "ball.jsonl", *LOOPS), "-o", first)
     record = tmp_path / "edits.jsonl"
-    result = run("retopo", first, "--quads", "-o", again, "--record", record)
+    result = run("retopo", first, "--from-quads", "-o", again, "--record", record)
     assert result.code == 0, result.err
     one, two = read_mesh(first), read_mesh(again)
     assert sorted(map(tuple, one.points.tolist())) == sorted(map(tuple, two.points.tolist()))
@@ -281,7 +281,7 @@ def test_a_few_other_faces_stay_beside_the_quads(tmp_path: Path) -> None:
         + "\n"
         + json.dumps({"tool": "recount", "edge": 0.25})
     )
-    result = run("retopo", given, "--quads", "-o", again, "--json")
+    result = run("retopo", given, "--from-quads", "-o", again, "--json")
     assert result.code == 0, result.err
     told = json.loads(result.out)
     assert (told["quads"], told["kept"], told["open_edges"]) == (5, {"3": 2}, 0)
@@ -302,7 +302,7 @@ def test_a_few_other_faces_stay_beside_the_quads(tmp_path: Path) -> None:
 
 
 def test_triangles_are_no_quads_to_begin_from(ball: Path) -> None:
-    result = run("retopo", ball, "--quads", "--json")
+    result = run("retopo", ball, "--from-quads", "--json")
     assert_refused(result, 3, f"{ball}: 1280 of 1280 faces are not quads")
 
 

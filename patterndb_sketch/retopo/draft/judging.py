@@ -30,10 +30,12 @@ MOST_OFF = 0.02
 
 @dataclass(frozen=True, slots=True)
 class DraftJudge:
-    """Says what the mesh of a draft on a ground is like. half: that the ground is, if it is one."""
+    """Judges the mesh of a draft on a ground. half: that the ground is, if it is one. most_off: how
+    far off it may be, in diagonals."""
 
     ground: Ground
     half: Half | None
+    most_off: float = MOST_OFF
 
     @property
     def whole(self) -> Ground:
@@ -56,11 +58,11 @@ class DraftJudge:
     def is_lopsided(self, found: FilledNetwork, made: Report) -> bool:
         """Is a mesh that is near to its half too far from the whole? Then the surface is not as
         symmetric as that, and no other draft of the half is nearer."""
-        if self.half is None or max(made.to_ground, made.from_ground) <= MOST_OFF:
+        if self.half is None or max(made.to_ground, made.from_ground) <= self.most_off:
             return False
         mesh = weld_fills(found)
         own = hausdorff(mesh.vertices, mesh.quads, self.ground)
-        return max(own) * self.ground.diagonal <= MOST_OFF * self.whole.diagonal
+        return max(own) * self.ground.diagonal <= self.most_off * self.whole.diagonal
 
     def list_flaws(self, found: FilledNetwork, made: Report) -> tuple[str, ...]:
         """What of a mesh is flipped or far off, in words, with the first place."""
@@ -71,7 +73,7 @@ class DraftJudge:
                 at = np.concatenate([at, self.half.plane.mirror(at)])
             said.append(count_places("a flipped quad", "flipped quads", at))
         off = max(made.to_ground, made.from_ground)
-        if off > MOST_OFF:
+        if off > self.most_off:
             said.append(f"{100 * off:.2g} % off at {format_place(self.find_furthest(found))}")
         return tuple(said)
 
@@ -96,7 +98,7 @@ class DraftJudge:
                 f"tangled; the worst is at {worst}: the surface is too thin or too fine for its "
                 "edges there; take a smaller edge, or draw by hand"
             )
-        if off > FAR_OFF or made.flipped > MOST_FLIPPED * made.quads:
+        if off > max(FAR_OFF, self.most_off) or made.flipped > MOST_FLIPPED * made.quads:
             raise RefusedError(
                 f"no draft: quads would be {100 * off:.2g} % of the diagonal off the surface, and "
                 f"{made.flipped} of {made.quads} flipped; the worst is at {worst}: take a smaller "
