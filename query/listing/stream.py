@@ -751,7 +751,6 @@ class _Sieve:
         """Count that fill as one of its pattern's."""
         assert self._first is not None
         self._of_pattern[self._first.pattern.id] += 1
-        self._keys.add(self._hash_first())
 
     def is_done_with(self, pattern_id: int) -> bool:
         """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
