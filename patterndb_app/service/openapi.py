@@ -193,7 +193,16 @@ def _make_schemas() -> dict[str, Any]:
             "reason": {"type": ["string", "null"]},
             "seconds": {"type": "number"},
         },
-        "required": ["sides", "corners", "fills", "truncated", "stopped", "complete", "reason", "seconds"],
+        "required": [
+            "sides",
+            "corners",
+            "fills",
+            "truncated",
+            "stopped",
+            "complete",
+            "reason",
+            "seconds",
+        ],
     }
     return schemas
 
