@@ -86,8 +86,8 @@ def fills(
     long sides run into millions). With per_pattern=1 every fill is another idea, and
     :meth:`query.listing.stream.Fills.variants` lists what was left out under it.
     time_limit: seconds after which the list ends, those for reading the class included, and all
-    that is asked of it besides. A list that is still empty then takes a fill that comes easily, if
-    there is one.
+    that is asked of it afterwards. A list that is still empty then takes a fill that comes
+    easily, if there is one.
     pool: orders that measure fills, all but "artist" and "regular", sort the first so many fills
     of "artist".
     order: the name of one of :data:`query.listing.orders.ORDERS`, see docs; None is "flow" where

@@ -55,7 +55,7 @@ def is_late() -> bool:
 
 @contextmanager
 def extend_deadline(seconds: float) -> Generator[None]:
-    """Let the block end so many seconds after this thread's deadline."""
+    """Let the block end ``seconds`` after this thread's deadline."""
     before = get_deadline()
     _of_thread.moment = before + seconds
     try:
@@ -72,7 +72,7 @@ def refuse_if_late(before: str) -> None:
 
 @contextmanager
 def limit_time(seconds: float | None) -> Generator[None]:
-    """Let what this thread does within the block end after so many seconds; None is no limit."""
+    """Let what this thread does within the block end after ``seconds``; None sets no limit."""
     with end_by(math.inf if seconds is None else read_work_clock() + seconds):
         yield
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from patterndb.errors import InvalidBoundaryError, NotFoundError
+from patterndb.errors import InvalidBoundaryError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import limit_time, run_until_late
 from patterndb_app.cli.options import (
@@ -32,8 +32,8 @@ from patterndb_app.cli.search import (
     SEARCH_OPTIONS,
     FillListing,
     ListedFill,
-    describe_stop,
     find_fills,
+    find_ranked,
     search_arguments,
     search_options,
 )
@@ -163,19 +163,10 @@ def fill(
     with limit_time(time_limit), open_source(db, server) as source:
         started = read_work_clock()
         found = find_fills(source, asked, **options)
-        count, chosen = 0, None
-        for one in FillListing(source, found):
-            count, chosen = one.rank, one
+        what = "pattern" if options["folded"] else "fill"
+        hint = f"{'; --flat counts every fill' if options['folded'] else ''}; {see}"
+        chosen = find_ranked(FillListing(source, found), rank, what, hint)
         found_at = read_work_clock()
-        if chosen is None:
-            raise NotFoundError(f"there is no fill {rank}, only 0 fills: {found.reason}; {see}")
-        if count < rank:
-            folded = options["folded"]
-            hint = "; --flat counts every fill" if folded else ""
-            raise NotFoundError(
-                f"there is no fill {rank}, only {plural(count, 'pattern' if folded else 'fill')}"
-                f"{describe_stop(found)}{hint}; {see}"
-            )
         placement = run_until_late(
             partial(place, chosen.fill, asked.points, region, drawn, tolerance=tolerance),
             "the fill was placed",

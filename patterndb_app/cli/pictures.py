@@ -111,8 +111,8 @@ def show(
             assert sides is not None
             boundary = boundary_of(sides, closed)
             found = find_fills(database, boundary, limit=rank, folded=not flat)
-            fill = find_ranked(found, rank)
-            card = make_fill_card(fill, boundary, rank=rank)
+            one = find_ranked(FillListing(database, found), rank, "fill" if flat else "pattern")
+            card = make_fill_card(one.fill, boundary, rank=rank)
         save_picture(output, card, tinted=not plain)
     say(f"drawn: {output}")
     return 0

@@ -228,7 +228,7 @@ def _one(
 
 @dataclass(frozen=True, slots=True)
 class _FillRow:
-    """What the table tells of a fill."""
+    """The cells of a fill in the table."""
 
     rank: int
     pattern: str

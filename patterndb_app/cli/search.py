@@ -26,6 +26,7 @@ from patterndb_app.cli.options import (
     valence_option,
 )
 from patterndb_app.cli.program import name_options
+from patterndb_app.cli.text import plural
 
 if TYPE_CHECKING:
     from patterndb.store import Database, DatabaseUnion, PatternHolder
@@ -391,20 +392,20 @@ class FillListing:
         }
 
 
-def find_ranked(found: Fills | RemoteFills, rank: int, hint: str = "") -> Fill:
+def find_ranked(listing: FillListing, rank: int, what: str, hint: str = "") -> ListedFill:
     """Return the ``rank``-th fill of a list, of which no other is kept.
 
-    hint: the end of the message where there are fewer. Raises NotFoundError there, which also
-    reports whether the search was complete.
+    what: the word for what is counted. hint: the end of the message where there are fewer. Raises
+    NotFoundError there, which also reports whether the search was complete.
     """
-    count = 0
-    for fill in found:
-        count += 1
-        if count == rank:
-            return fill
+    for one in listing:
+        if one.rank == rank:
+            return one
+    found, count = listing.found, listing.count
     if not count:
         raise NotFoundError(f"no fill: {name_options(found.reason or '')}{hint}")
-    raise NotFoundError(f"no fill {rank} was found, only {count:,}{describe_stop(found)}{hint}")
+    missing = f"there is no fill {rank}" if found.complete else f"no fill {rank} was found"
+    raise NotFoundError(f"{missing}, only {plural(count, what)}{describe_stop(found)}{hint}")
 
 
 #: Why a list ends at its time limit.
