@@ -34,7 +34,8 @@ def find_coincident_edges(
     a, b = points[tail], points[head]
     middle, length = (a + b) / 2.0, np.linalg.norm(b - a, axis=1)
     reach = AT_ONE_PLACE * float(length.max())
-    _, near = KDTree(middle).query(middle, min(LOOKED_AT, n), distance_upper_bound=reach + 1e-300)
+    found = KDTree(middle).query(middle, min(LOOKED_AT, n), distance_upper_bound=reach + 1e-300)
+    near: NDArray[np.int64] = np.asarray(found[1], np.int64)
     for column in near.T:
         there = np.flatnonzero((column < n) & (partner < 0))
         other = column[there]

@@ -69,7 +69,7 @@ def test_chains_are_curves_that_end_at_corners_and_where_others_meet() -> None:
         network = parse_drawing((square + elements).encode()).network
         assert lengths(network) == [1.0] * 4 and len(network.nodes) == 4
     # A circle of elements of two vertices is one closed curve, in whatever order they stand.
-    points = [f"v {np.cos(t)!r} {np.sin(t)!r} 0" for t in 2 * np.pi * np.arange(40) / 40]
+    points = [f"v {np.cos(t):.17g} {np.sin(t):.17g} 0" for t in 2 * np.pi * np.arange(40) / 40]
     order = np.random.default_rng(1).permutation(40)
     elements = [f"l {k + 1} {(k + 1) % 40 + 1}" for k in order.tolist()]
     network = parse_drawing("\n".join([*points, *elements, ""]).encode()).network

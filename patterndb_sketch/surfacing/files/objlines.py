@@ -22,8 +22,8 @@ from patterndb_sketch.surfacing.network import Drawing, InvalidNetworkError, mea
 #: How an OBJ file begins, but no other file of curves: with a comment, a name, or numbers that are
 #: no coordinates. Polylines as drawn (.curves) begin with v, too: they have no elements.
 _BEGINNING = re.compile(rb"\s*(?:#|(?:o|g|s|mtllib|usemtl|vn|vt|vp|l|f|p)[ \t])")
-#: Elements that alone meet at a vertex and turn there by more than this, in radians, are two curves:
-#: a circle of six edges is one, a square is four.
+#: Elements that alone meet at a vertex and turn there by more than this, in radians, are two
+#: curves: a circle of six edges is one, a square is four.
 CORNER_ANGLE = math.radians(65)
 
 _ELEMENT = re.compile(rb"[\r\n][ \t]*[lfp][ \t]")
