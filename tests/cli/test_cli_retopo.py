@@ -198,7 +198,7 @@ def test_a_session_that_is_there_is_opened_whether_its_surface_is_named_or_not(
     assert outputs[0].read_bytes() == outputs[1].read_bytes()
     assert session.read_bytes() == kept
     other = tmp_path / "other.obj"
-    other.write_text(ball.read_text().replace("v ", "v 1", 1))
+    other.write_text(ball.read_text().replace("v -0.5257", "v -0.6257", 1))
     result = run("retopo", other, "--session", session, "-o", outputs[0], "--json")
     assert_refused(result, 3, "other.obj is not the surface of", "ball.obj", "leave SURFACE out")
 
