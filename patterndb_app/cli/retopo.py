@@ -205,8 +205,9 @@ def retopo(
     Loops of curves become patches, which are filled from the database; counts of edges are
     chosen so that all can be. The same script gives the same mesh.
 
-    A session holds the surface and all that was drawn. A script that goes on from one names the
-    same surface, and its calls come after what is there. What is refused stops the script, and
+    A session holds the surface and all that was drawn. Where it is there already it is opened:
+    SURFACE may be left out then, or is the same. A script that goes on from one names the same
+    surface, and its calls come after what is there. What is refused stops the script, and
     the session stays as it was.
 
     With --json, open_loops tells where no patch is yet: of each loop the number of corners, a
@@ -468,11 +469,7 @@ class RetopoRequest:
 
     def check(self) -> None:
         """UsageError for what does not go together, or is nothing to begin from."""
-        if self.goes_on and self.surface is not None:
-            raise click.UsageError(
-                f"{self.session} has its surface in it; leave SURFACE out, or begin another session"
-            )
-        if self.goes_on and self.quads:
+        if self.goes_on and self.quads and self.surface is None:
             raise click.UsageError(f"{self.session} has begun already; leave --from-quads out")
         if self.surface is None and self.script is None and not self.goes_on:
             there = "no session is given" if self.session is None else f"there is no {self.session}"
@@ -509,6 +506,8 @@ def begin_retopo(
 
     if asked.session is not None and asked.goes_on:
         kept = read_session(asked.session)
+        if asked.surface is not None:
+            _refuse_other_surface(kept, asked, database)
         if script is not None and asked.script is not None:
             _refuse_another(kept, script, asked.script)
         editor = Editor(kept.ground, database)
@@ -565,18 +564,30 @@ def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:
         raise InvalidRetopoError(f"{path}: {error}") from error
 
 
+def _refuse_other_surface(
+    kept: RetopoSession, asked: RetopoRequest, database: Database | DatabaseUnion
+) -> None:
+    """InvalidRetopoError if the command names another surface than the session has."""
+    from patterndb_sketch.retopo.errors import InvalidRetopoError
+
+    path = asked.surface
+    assert path is not None
+    ground = _from_quads(path, database).ground if asked.quads else _ground(path)
+    if not kept.ground.is_same(ground):
+        raise InvalidRetopoError(
+            f"{path} is not the surface of {asked.session}, which was begun on "
+            f"{kept.name or 'an unnamed one'}; leave SURFACE out to go on, or name another session"
+        )
+
+
 def _refuse_another(kept: RetopoSession, script: Script, beside: Path) -> None:
     """InvalidRetopoError if a script names another surface than the session has, where it is
     there to be looked at."""
-    import numpy as np
-
     from patterndb_sketch.retopo.errors import InvalidRetopoError
     from patterndb_sketch.retopo.script import surface_path
 
     path = surface_path(script, beside)
-    ground = _ground(path)
-    same = np.array_equal(ground.vertices, kept.ground.vertices)
-    if not (same and np.array_equal(ground.triangles, kept.ground.triangles)):
+    if not kept.ground.is_same(_ground(path)):
         raise InvalidRetopoError(
             f"{beside}: its surface, {path}, is not the session's, {kept.name or 'unnamed'}; "
             "name the surface that the session was begun on, or another session"

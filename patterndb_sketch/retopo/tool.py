@@ -216,5 +216,5 @@ def accept_snap(tool: Tool) -> Tool:
         result = tool.act(replace(work, state=replace(work.state, sizes=near)), a)
         return replace(result, state=replace(result.state, sizes=sizes))
 
-    radius = Argument(Number(1e-12), "for this call, in place of that of sizes", None)
+    radius = Argument(Number(1e-12), "for this call, in place of that of sizes", None, option=False)
     return replace(tool, arguments={**tool.arguments, SNAP: radius}, act=act)

@@ -186,6 +186,44 @@ def test_nothing_drawn_is_nothing_found(ball: Path, tmp_path: Path) -> None:
     assert sides[0] * sides[1] < 0.0
 
 
+def test_a_session_that_is_there_is_opened_whether_its_surface_is_named_or_not(
+    ball: Path, tmp_path: Path
+) -> None:
+    session, outputs = tmp_path / "a.retopo", [tmp_path / f"{k}.obj" for k in range(2)]
+    played = script(tmp_path / "a.jsonl", *LOOPS)
+    document(ball, "--script", played, "--session", session)
+    kept = session.read_bytes()
+    for output, named in zip(outputs, ([ball], []), strict=True):
+        run("retopo", *named, "--session", session, "-o", output, "--json")
+    assert outputs[0].read_bytes() == outputs[1].read_bytes()
+    assert session.read_bytes() == kept
+    other = tmp_path / "other.obj"
+    other.write_text(ball.read_text().replace("v -0.5257", "v -0.6257", 1))
+    result = run("retopo", other, "--session", session, "-o", outputs[0], "--json")
+    assert_refused(result, 3, "other.obj is not the surface of", "ball.obj", "leave SURFACE out")
+
+
+def test_a_session_that_another_changed_meanwhile_is_not_replaced(
+    ball: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from patterndb_sketch.retopo.editor import Editor
+
+    session = tmp_path / "a.retopo"
+    played = script(tmp_path / "a.jsonl", *LOOPS)
+    document(ball, "--script", played, "--session", session)
+    more = script(tmp_path / "b.jsonl", *LOOPS[:1])
+    fill = Editor.fill
+
+    def meanwhile(self: Editor) -> object:
+        session.write_bytes(b"another's")
+        return fill(self)
+
+    monkeypatch.setattr(Editor, "fill", meanwhile)
+    result = run("retopo", "--script", more, "--session", session, "--lenient", "--json")
+    assert_refused(result, 3, "has changed since", "reload it", "another file", "overwrite it")
+    assert session.read_bytes() == b"another's"
+
+
 def test_options_that_do_not_go_together_are_usage_errors(ball: Path, tmp_path: Path) -> None:
     session = tmp_path / "a.retopo"
     played = script(tmp_path / "a.jsonl", *LOOPS)
@@ -196,8 +234,6 @@ def test_options_that_do_not_go_together_are_usage_errors(ball: Path, tmp_path: 
     wrong = tmp_path / "a.zip"
     assert_refused(run("retopo", "--script", played, "--session", wrong), 2, "must end in .retopo")
     document("--script", played, "--session", session)
-    result = run("retopo", ball, "--script", played, "--session", session)
-    assert_refused(result, 2, "has its surface in it; leave SURFACE out")
     assert_refused(run("retopo", "--session", session, "--lenient"), 2, "give a --script")
     result = run("retopo", "--session", session, "--from-quads", "--json")
     assert_refused(result, 2, "has begun already; leave --from-quads out")

@@ -44,7 +44,8 @@ class NetworkBody:
     owner:   (t,) int32, the patch of each, -1 for such faces. sides: (t,) int32, how many sides it
              has, 0 for such faces.
     flipped: (t,) bool, is its quad clockwise, or does it cross itself?
-    edges:   (e, 2, 3) edges within patches, up: (e, 2, 3) normals there, of: (e,) their patch.
+    edges:   (e, 2, 3) edges of the faces, up: (e, 2, 3) normals there, of: (e,) their patch.
+             rims: (e,) bool, does the patch have it once? Such edges lie along its curves.
     irregular: (k,) int32 vertices not of 4 quads, but for those on open borders; valences: (k,).
     rim:     (k,) int32, one of the patches around each.
     edge:    median length of an edge, 0 without quads.
@@ -59,6 +60,7 @@ class NetworkBody:
     edges: Points
     up: Points
     of: Int32Array
+    rims: NDArray[np.bool_]
     irregular: Int32Array
     valences: Int32Array
     rim: Int32Array
@@ -87,11 +89,12 @@ class NetworkBody:
         corners[NO_PATCH] = 0
         sides = np.array([corners[p] for p in owner.tolist()], np.int32)
         tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
-        pairs = np.sort(np.stack([tail, head], axis=1), axis=1)
+        pairs = np.stack([tail, head], axis=1)
         named = np.concatenate([np.repeat(mesh.patch, 4)[:, None], pairs], axis=1)
+        given = [(NO_PATCH, face[k - 1], face[k]) for face in mesh.kept for k in range(len(face))]
+        named = np.concatenate([named, np.array(given, np.int64).reshape(-1, 3)])
+        named[:, 1:].sort(axis=1)
         named, uses = np.unique(named, axis=0, return_counts=True)
-        # Those that a patch has once are along its curves, which are drawn over them.
-        named = named[uses > 1]
         pairs = named[:, 1:]
         wrong, valences = find_irregular_vertices(mesh)
         border = np.zeros(len(at), np.bool_)
@@ -115,6 +118,7 @@ class NetworkBody:
             at[pairs],
             mesh.normals[pairs],
             named[:, 0].astype(np.int32),
+            uses == 1,
             wrong,
             valences,
             around[wrong],

@@ -11,17 +11,19 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QGridLayout,
     QLabel,
+    QLineEdit,
     QSizePolicy,
     QToolButton,
     QVBoxLayout,
     QWidget,
 )
 
+from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling.choice import Choice
 from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer.card import format_count
 from viewer.drawing import draw_disk
-from viewer.retopo.modes import ToolMode
+from viewer.retopo.modes import ToolMode, ToolOption
 from viewer.retopo.state import RetopoState
 from viewer.shell.docks import TOOL_BUTTONS, Dock, PictureKey, Thumbnail, ThumbnailList
 from viewer.shell.qtpaint import paint_thumbnail
@@ -111,7 +113,7 @@ class RetopoWindow(ShellWindow):
         self._options = QWidget()
         self._form = QFormLayout(self._options)
         self._form.setContentsMargins(0, 0, 0, 0)
-        self._combos: list[QComboBox] = []
+        self._rows: list[tuple[ToolMode, ToolOption, QComboBox | QLineEdit]] = []
         self._mode: ToolMode | None = None
         layout.addWidget(self._options)
         layout.addStretch(1)
@@ -128,31 +130,63 @@ class RetopoWindow(ShellWindow):
             self._mode = mode
             while self._form.rowCount():
                 self._form.removeRow(0)
-            self._combos = []
-            for option in mode.options:
-                combo = QComboBox()
-                for value in option.values:
-                    said = {None: "by itself", True: "yes", False: "no"}
-                    text = said[value] if value is None or isinstance(value, bool) else str(value)
-                    combo.addItem(text, value)
-                combo.activated.connect(partial(self._choose_option, len(self._combos)))
-                self._combos.append(combo)
-                self._form.addRow(option.name, combo)
-        for option, combo in zip(mode.options, self._combos, strict=True):
-            combo.setCurrentIndex(option.values.index(state.tool.option(mode, option)))
+            self._rows = []
+            self._add_rows(mode)
+            # Tools that act at once are never in use: what they are told is always there.
+            for other in state.tool.modes:
+                if other.gesture == "act" and other.options:
+                    self._form.addRow(QLabel(f"<b>{other.title}</b>"))
+                    self._add_rows(other)
+        for own, option, row in self._rows:
+            value = state.tool.option(own, option)
+            if isinstance(row, QComboBox):
+                row.setCurrentIndex(option.values.index(value))
+            elif not row.hasFocus():
+                row.setText(option.spell(value))
         name = "target edge" if mode.brush == "edge" else "radius of snapping"
         name = "brush" if mode.given_as else name
         value = state.sizes.edge if mode.brush == "edge" else state.tool.brush
         share = 100.0 * value / state.ground.diagonal
         self.brush.setText(f"{name}: {share:.1f} %   [ ]" if mode.brush else "no brush")
 
-    def _choose_option(self, number: int, row: int) -> None:
-        mode = self.state.tool.mode
-        # Another tool may be in use whose options are not shown yet.
-        if mode is self._mode:
-            option = mode.options[number]
-            self.state.turn_option(option, option.values[row])
-            self.show_change()
+    def _add_rows(self, mode: ToolMode) -> None:
+        """Make a row for every option of a tool."""
+        for option in mode.options:
+            if option.typed is not None:
+                row = QLineEdit()
+                row.setPlaceholderText(
+                    "by itself" if option.values[0] is None else str(option.values[0])
+                )
+                row.editingFinished.connect(partial(self._type_option, len(self._rows)))
+            else:
+                row = QComboBox()
+                for value in option.values:
+                    said = {None: "by itself", True: "yes", False: "no"}
+                    text = said[value] if value is None or isinstance(value, bool) else str(value)
+                    row.addItem(text, value)
+                row.activated.connect(partial(self._choose_option, len(self._rows)))
+            row.setToolTip(option.help)
+            row.setAccessibleName(f"{mode.title}: {option.name}")
+            self._rows.append((mode, option, row))
+            self._form.addRow(option.name, row)
+
+    @property
+    def _combos(self) -> list[QComboBox]:
+        return [row for _, _, row in self._rows if isinstance(row, QComboBox)]
+
+    def _choose_option(self, number: int, value: int) -> None:
+        mode, option, _ = self._rows[number]
+        self.state.turn_option(option, option.values[value], mode)
+        self.show_change()
+
+    def _type_option(self, number: int) -> None:
+        mode, option, row = self._rows[number]
+        assert isinstance(row, QLineEdit)
+        try:
+            self.state.turn_option(option, option.read(row.text()), mode)
+        except InvalidRetopoError as error:
+            self.state.message = str(error)
+        self.show_change()
 
     def _refresh_fills(self) -> None:
         state = self.state

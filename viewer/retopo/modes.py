@@ -11,7 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from patterndb_sketch.retopo.arguments import REQUIRED, Flag, Number, PointList, Vector, Word
+from patterndb_sketch.retopo.arguments import (
+    REQUIRED,
+    Flag,
+    Kind,
+    Number,
+    PointList,
+    Vector,
+    Word,
+)
 from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import SNAP, Gesture, Target, Tool
 
@@ -22,11 +30,37 @@ Values = tuple[object, ...]
 @dataclass(frozen=True, slots=True)
 class ToolOption:
     """name: of the tool's argument. values: that it goes through; the first is the default.
-    number: are they numbers, which are less or more?"""
+    number: are they numbers, which are less or more? typed: reads a value that is typed instead;
+    None where it is one of the values. help: what it means."""
 
     name: str
     values: Values
     number: bool = False
+    typed: Kind | None = None
+    help: str = ""
+
+    def read(self, text: str) -> object:
+        """Read what was typed, "" for the default; InvalidRetopoError for what it may not be."""
+        assert self.typed is not None
+        words = text.replace(",", " ").split()
+        if not words:
+            return self.values[0]
+        given: list[object] = []
+        for word in words:
+            try:
+                given.append(float(word))
+            except ValueError:
+                given.append(word)
+        found = given if isinstance(self.typed, Vector) or len(given) > 1 else given[0]
+        self.typed.read(self.name, found)
+        return found
+
+    def spell(self, value: object) -> str:
+        """Spell a value as it is typed; "" for the default."""
+        if value == self.values[0]:
+            return ""
+        numbers = value if isinstance(value, list) else [value]
+        return " ".join(f"{number:g}" for number in numbers)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +129,7 @@ def make_mode(tool: Tool) -> ToolMode | None:
         given_as,
         SNAP in tool.arguments,
         control.fixed,
-        tuple(list_options(tool)),
+        tuple(option for option in list_options(tool) if option.name not in places),
     )
 
 
@@ -119,20 +153,35 @@ def find_gesture(tool: Tool) -> tuple[Gesture, tuple[str, ...]] | None:
 
 
 def list_options(tool: Tool) -> list[ToolOption]:
-    """List what a tool may be told beside what gestures give: words, flags, and whole numbers."""
+    """List what a tool may be told beside what gestures give: words, flags, numbers and vectors."""
     found: list[ToolOption] = []
     for name, argument in tool.arguments.items():
         default = argument.default
-        if not argument.option or default is REQUIRED:
+        said = default is REQUIRED or name in BRUSHES or name in dict(tool.control.fixed)
+        if said or not argument.option:
             continue
         kind = argument.kind
         if isinstance(kind, Flag):
             found.append(
-                ToolOption(name, (default, *(v for v in (True, False) if v is not default)))
+                ToolOption(
+                    name,
+                    (default, *(v for v in (True, False) if v is not default)),
+                    help=argument.help,
+                )
             )
         elif isinstance(kind, Word):
-            found.append(ToolOption(name, (default, *(v for v in kind.words if v != default))))
+            found.append(
+                ToolOption(
+                    name, (default, *(v for v in kind.words if v != default)), help=argument.help
+                )
+            )
         elif isinstance(kind, Number) and kind.whole and isinstance(default, int):
             numbers = range(int(kind.low), int(min(kind.high, kind.low + 62)) + 1)
-            found.append(ToolOption(name, (default, *(n for n in numbers if n != default)), True))
+            found.append(
+                ToolOption(
+                    name, (default, *(n for n in numbers if n != default)), True, help=argument.help
+                )
+            )
+        elif isinstance(kind, Number | Vector):
+            found.append(ToolOption(name, (default,), typed=kind, help=argument.help))
     return found

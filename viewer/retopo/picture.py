@@ -102,6 +102,8 @@ def draw_quads(
     parts: list[Triangles] = [(seen, colours)]
     above = lift * view.scale + 0.8
     own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
+    # Curves are drawn over the edges along them.
+    own &= ~(body.rims & state.curves_shown)
     lines = view.seen(body.edges[own])
     parts.append(make_ribbons(list(lines), EDGE, EDGE_WIDTH, above))
     radius = float(np.clip(MARKER[0] * body.edge * view.scale, *MARKER[1:]))

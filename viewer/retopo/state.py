@@ -126,7 +126,9 @@ class RetopoState(ViewerState[RetopoCamera]):
 
     def next_option(self) -> None:
         """The next value of the tool's first option that is no number."""
-        option = next((option for option in self.tool.mode.options if not option.number), None)
+        option = next(
+            (one for one in self.tool.mode.options if not one.number and one.typed is None), None
+        )
         if option is None:
             self.message = f"{self.tool.mode.title} has no such option"
         else:
@@ -145,9 +147,17 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.editing.do("subdivide", **arguments)
 
     def mirror(self) -> None:
-        """Symmetry on, about the surface's own plane, or off."""
-        on = self.shown.state.plane is None
-        self.editing.do("symmetry", **({"find": True} if on else {"on": False}))
+        """Symmetry on, about the plane that options name or else the surface's own, or off."""
+        given: dict[str, object] = {"on": False}
+        if self.shown.state.plane is None:
+            mode = next(mode for mode in self.tool.modes if mode.tool == "symmetry")
+            given = dict(mode.fixed) | self.tool.tell_options(mode)
+            if given.keys() & {"axis", "point", "normal"}:
+                # It is of a plane that is found.
+                given.pop("tolerance", None)
+            else:
+                given["find"] = True
+        self.editing.do("symmetry", **given)
         self.tool.seek()
 
     def next_fill(self, step: int) -> None:
@@ -206,9 +216,9 @@ class RetopoState(ViewerState[RetopoCamera]):
         """Show the strips of quads through the pointer, or no more."""
         self.tool.strips_shown = not self.tool.strips_shown
 
-    def turn_option(self, option: ToolOption, value: object) -> None:
-        """Give an option of the tool a value."""
-        self.tool.options[self.tool.mode.tool, option.name] = value
+    def turn_option(self, option: ToolOption, value: object, mode: ToolMode | None = None) -> None:
+        """Give an option of a tool a value; mode: of the tool, by default the one in use."""
+        self.tool.options[(mode or self.tool.mode).tool, option.name] = value
         self.tool.seek()
 
     def take_fill(self, patch: int, number: int) -> None:

@@ -3,20 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, QTimer
+from PySide6.QtGui import (
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QFocusEvent,
+    QKeyEvent,
+    QResizeEvent,
+)
 from PySide6.QtWidgets import (
+    QAbstractButton,
+    QAbstractSlider,
+    QAbstractSpinBox,
     QApplication,
+    QComboBox,
     QFileDialog,
     QFrame,
     QLabel,
+    QLineEdit,
     QMainWindow,
     QMessageBox,
+    QPlainTextEdit,
     QScrollArea,
+    QTextEdit,
     QToolBar,
     QVBoxLayout,
     QWidget,
@@ -107,6 +122,78 @@ def list_takers(panel: QWidget) -> list[QWidget]:
     ]
 
 
+#: What number fields take: all other characters are keys of commands there, too.
+NUMERALS = frozenset("0123456789.,+- ")
+
+
+def takes_text(widget: QWidget, text: str) -> bool:
+    """Does a widget that has the focus take a character as text, so that it is no command's key?"""
+    if isinstance(widget, QAbstractSpinBox) or isinstance(widget.parent(), QAbstractSpinBox):
+        return text in NUMERALS
+    return isinstance(widget, QLineEdit | QTextEdit | QPlainTextEdit) or text == " "
+
+
+class KeyHandler(QObject):
+    """Has keys mean commands whatever widget of a window has the focus.
+
+    Combo boxes, lists and number fields take letters for themselves, and keep the focus after they
+    were used. Here letters are left to commands where no text is written; and a combo box, slider
+    or button that was used with the mouse gives the focus back to the picture, so that arrows,
+    Escape and Delete are for it again.
+    """
+
+    def __init__(self, window: QMainWindow, picture: QWidget) -> None:
+        super().__init__(window)
+        self._window, self._picture = window, picture
+        self._widget: QWidget | None = None
+        self._by_mouse = False
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        app.focusChanged.connect(self._watch)
+
+    def _watch(self, before: QWidget | None, now: QWidget | None) -> None:
+        """Watch the widget that has the focus, and no other."""
+        if self._widget is not None:
+            with suppress(RuntimeError):  # one that is gone
+                self._widget.removeEventFilter(self)
+            self._widget = None
+        if now is None or now is self._picture or now.window() is not self._window:
+            return
+        self._by_mouse = False
+        self._widget = now
+        now.installEventFilter(self)
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """See what the widget is used with."""
+        kind = event.type()
+        if kind is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent):
+            keys = Qt.KeyboardModifier
+            plain = not event.modifiers() & (
+                keys.ControlModifier | keys.AltModifier | keys.MetaModifier
+            )
+            text = event.text()
+            if plain and text.isprintable() and text and isinstance(watched, QWidget):
+                # Not handed on, the key is looked for among those of commands.
+                event.ignore()
+                return not takes_text(watched, text)
+        elif kind is QEvent.Type.KeyPress:
+            self._by_mouse = False
+        elif kind is QEvent.Type.MouseButtonPress:
+            self._by_mouse = True
+        elif kind is QEvent.Type.MouseButtonRelease:
+            if isinstance(watched, QAbstractSlider | QAbstractButton):
+                self._give_back()
+        elif kind is QEvent.Type.FocusIn and isinstance(event, QFocusEvent):
+            popup = event.reason() is Qt.FocusReason.PopupFocusReason
+            if popup and self._by_mouse and isinstance(watched, QComboBox):
+                self._give_back()
+        return False
+
+    def _give_back(self) -> None:
+        # Once the widget has done what it does.
+        QTimer.singleShot(0, self._picture.setFocus)
+
+
 class ShellWindow(QMainWindow):
     """Shows what a saver draws, and has its commands in menus.
 
@@ -136,6 +223,7 @@ class ShellWindow(QMainWindow):
         self.table.add_commands(saver.commands)
         self.table.add_commands(self._list_window_commands())
         self.table.make_menus()
+        self._keys = KeyHandler(self, self.picture.focusProxy() or self.picture)
         self.facts = FactsDock(self)
         self.docks: list[Dock] = [self.facts, *self.make_docks()]
         self.arrange_docks()

@@ -45,9 +45,11 @@ SUBDIVIDE = Tool(
     "subdivide",
     "Change how many edges a curve has; others follow where they must.",
     {
-        "at": Argument(Vector(), "a point near the curve", None),
-        "count": Argument(Number(1, MOST_EDGES, whole=True), "edges", None),
-        "by": Argument(Number(-MOST_EDGES, MOST_EDGES, whole=True), "edges more", None),
+        "at": Argument(Vector(), "a point near the curve", None, option=False),
+        "count": Argument(Number(1, MOST_EDGES, whole=True), "edges", None, option=False),
+        "by": Argument(
+            Number(-MOST_EDGES, MOST_EDGES, whole=True), "edges more", None, option=False
+        ),
         "strip": Argument(Flag(), "all curves across the strip of quads", False),
         "pin": Argument(Flag(), "keep this count from now on", True),
         "free": Argument(Flag(), "no longer keep the count", False, option=False),

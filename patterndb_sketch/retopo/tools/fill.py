@@ -63,7 +63,9 @@ CHOOSE = Tool(
     {
         "at": AT,
         "by": Argument(Number(-1000, 1000, whole=True), "how many on in the list", None),
-        "number": Argument(Number(0, 1000, whole=True), "its number in the list", None),
+        "number": Argument(
+            Number(0, 1000, whole=True), "its number in the list", None, option=False
+        ),
     },
     _choose,
     position=130,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,7 @@ LOOP = Tool(
     {
         "at": AT,
         "normal": Argument(Vector(direction=True), "of the plane"),
-        "limit": optional_length("at which it is given up"),
+        "limit": replace(optional_length("at which it is given up"), option=False),
     },
     _act,
     position=50,

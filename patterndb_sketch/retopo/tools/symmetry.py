@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from patterndb_sketch.retopo.arguments import Argument, Flag, Vector, Word
+from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
@@ -51,7 +51,11 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         )
     if a["find"] and named:
         raise InvalidRetopoError("symmetry needs either find, or a plane (axis, point, normal)")
-    found = _find_own(work.ground) if a["find"] else _read_plane(work.ground, a)
+    if a["tolerance"] is not None and not a["find"]:
+        raise InvalidRetopoError(
+            "tolerance is how far off a plane may be that find takes; give find"
+        )
+    found = _find_own(work.ground, a["tolerance"]) if a["find"] else _read_plane(work.ground, a)
     plane = found.plane
     notes: tuple[str, ...] = ()
     if a["find"]:
@@ -73,19 +77,20 @@ def _read_plane(ground: Ground, a: dict[str, Any]) -> Proposal:
     return propose_given(ground, Plane.of(point, normal))
 
 
-def _find_own(ground: Ground) -> Proposal:
+def _find_own(ground: Ground, tolerance: float | None) -> Proposal:
     """The surface's own plane; raises RefusedError, with what there is instead, if it has none."""
     found = propose_plane(ground)
-    if found.symmetric:
+    most = SYMMETRIC if tolerance is None else tolerance
+    if found.off <= most:
         return found
     even = ", ".join(
         f"{name} {format_share(propose_given(ground, Plane.of((0.0, 0.0, 0.0), across)).off)}"
         for name, across in AXES.items()
     )
     raise RefusedError(
-        f"the surface is symmetric in no plane, to {format_share(SYMMETRIC)} of its diagonal: the "
+        f"the surface is symmetric in no plane, to {format_share(most)} of its diagonal: the "
         f"nearest is {found.describe()}. Across the axes through the origin: {even} off; give "
-        "axis, or point and normal, to take a plane all the same"
+        "axis, or point and normal, to take a plane all the same, or a greater tolerance"
     )
 
 
@@ -102,13 +107,21 @@ SYMMETRY_TOOL = Tool(
     "symmetry",
     "Work on one side of a plane, and get both; or switch that off.",
     {
-        "on": Argument(Flag(), "on or off", True),
+        "on": Argument(Flag(), "on or off", True, option=False),
         "point": Argument(Vector(), "of the plane; [0, 0, 0] if left out", None),
         "normal": Argument(
             Vector(direction=True), "to the side that is worked on; x if left out", None
         ),
-        "find": Argument(Flag(), "take the surface's own plane, if it has one", False),
+        "find": Argument(
+            Flag(), "take the surface's own plane, if it has one", False, option=False
+        ),
         "axis": Argument(Word(tuple(AXES)), "the normal, by its name", None),
+        "tolerance": Argument(
+            Number(0.0, 1.0),
+            f"with find, how far off the plane may be, as a part of the diagonal; {SYMMETRIC} if "
+            "left out",
+            None,
+        ),
     },
     _act,
     position=230,

@@ -201,7 +201,16 @@ def test_curves_alone_and_quads_alone_are_drawn(state: RetopoState) -> None:
     keys(state, "x")
     assert painted(state, EDGE) == 0 and banded(state, CURVE) > 0
     keys(state, "x")
-    assert painted(state, EDGE) == edges and banded(state, CURVE) == painted(state, CORNER) == 0
+    # The edges that lay under curves are seen now: all of every quad.
+    assert painted(state, EDGE) > edges and banded(state, CURVE) == painted(state, CORNER) == 0
+    body = state.shown.body
+    quads = body.mesh.quads
+    pairs = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    ends = body.mesh.vertices[np.unique(pairs, axis=0)]
+    assert {tuple(sorted(map(tuple, one))) for one in body.edges.tolist()} == {
+        tuple(sorted(map(tuple, one))) for one in ends.tolist()
+    }
+    assert len(body.edges) == len(ends) and body.rims.any() and not body.rims.all()
     assert tinted > 0 and banded(state, MARKED) == 0
 
 

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from events import Events, answer, check_actions, check_looking
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QMessageBox
+from PySide6.QtCore import QEvent, Qt
+from PySide6.QtGui import QFocusEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox
 from sheets import SQUARE, at
 
 from patterndb_sketch.retopo.network import are_equal
@@ -100,5 +103,108 @@ def test_options_of_the_tool_are_fields(tmp_path: Path, state: RetopoState) -> N
         events.do("view-above")
         events.do("model-look", "model-look")
         assert state.camera.model_look == "hidden" and "hidden" in state.message
+    finally:
+        events.close()
+
+
+def test_letters_are_commands_whatever_field_was_used(tmp_path: Path, state: RetopoState) -> None:
+    files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None)
+    events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)
+    try:
+        events.do("tool-cylinder")
+        window = events.window
+        for key, tool in (("l", "loop"), ("c", "cylinder")):
+            for at in range(3):
+                # Options change with the tool.
+                events.do("tool-align")
+                field = [window._combos[0], window._combos[-1], window.fills][at]
+                field.setFocus(Qt.FocusReason.MouseFocusReason)
+                QTest.keyClick(field, key)
+                events.work()
+                assert state.tool.mode.tool == tool
+        # A combo box that was used with the mouse gives the focus back.
+        combo = window._combos[0]
+        combo.setFocus(Qt.FocusReason.MouseFocusReason)
+        QTest.mousePress(combo, Qt.MouseButton.LeftButton)
+        combo.hidePopup()
+        QApplication.sendEvent(
+            combo, QFocusEvent(QEvent.Type.FocusIn, Qt.FocusReason.PopupFocusReason)
+        )
+        events.work()
+        assert not combo.hasFocus()
+    finally:
+        events.close()
+
+
+def test_what_is_typed_is_an_argument_of_mirror_and_draft(
+    tmp_path: Path, state: RetopoState
+) -> None:
+    files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None)
+    events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)
+    try:
+        rows = {(mode.tool, option.name): row for mode, option, row in events.window._rows}
+        assert ("draft", "edge") in rows and ("symmetry", "tolerance") in rows
+        rows["symmetry", "normal"].setText("0, 1, 0")
+        rows["symmetry", "normal"].editingFinished.emit()
+        rows["symmetry", "point"].setText("0 1 0")
+        rows["symmetry", "point"].editingFinished.emit()
+        events.do("tool-symmetry")
+        events.work()
+        plane = state.shown.state.plane
+        assert plane is not None
+        places = np.array([[3.0, 1.0, 0.0], [0.0, 2.5, 0.0]])
+        assert plane.heights(places).tolist() == [0.0, 1.5]
+        events.do("tool-symmetry")
+        events.work()
+        assert state.shown.state.plane is None
+        rows["symmetry", "normal"].setText("up")
+        rows["symmetry", "normal"].editingFinished.emit()
+        assert "give [x, y, z]" in state.message
+    finally:
+        events.close()
+
+
+@pytest.mark.parametrize("way", ["&Reload", "Save &as…", "&Overwrite", "Cancel"])
+def test_a_session_that_another_window_saved_is_asked_about(
+    tmp_path: Path, state: RetopoState, monkeypatch: pytest.MonkeyPatch, way: str
+) -> None:
+    path, other = tmp_path / "a.retopo", tmp_path / "b.retopo"
+    files = RetopoWriter(tmp_path, path, None, Script("sheet.obj", ()), None)
+    state.editing.files = files
+    files.save_session(state.ground, state.shown.state)
+    events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)
+    try:
+        empty = path.read_bytes()
+        state.editing.do("stroke", points=[[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+        events.work()
+        theirs = empty
+        # As if it had been something else when it was saved here.
+        files.known.mistrust(path)
+        asked: list[str] = []
+
+        def choose(box: QMessageBox) -> int:
+            asked.append(box.text())
+            named = {button.text(): button for button in box.buttons()}
+            chosen = named.get(way) or box.button(QMessageBox.StandardButton.Cancel)
+            monkeypatch.setattr(box, "clickedButton", lambda: chosen, raising=False)
+            return 0
+
+        monkeypatch.setattr(QMessageBox, "exec", choose)
+        monkeypatch.setattr(
+            "viewer.shell.window.QFileDialog.getSaveFileName", lambda *_: (str(other), "")
+        )
+        drawn = state.network
+        events.do("save")
+        events.work()
+        assert asked == ["a.retopo has changed since it was opened or saved here."]
+        if way == "&Overwrite":
+            assert are_equal(read_session(path).state.network, drawn)
+        else:
+            assert path.read_bytes() == theirs
+        if way == "Save &as…":
+            assert are_equal(read_session(other).state.network, drawn)
+            assert files.session_path == other
+        assert state.editing.unsaved == (way == "Cancel")
+        assert are_equal(state.network, drawn) == (way != "&Reload")
     finally:
         events.close()
