@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidBoundaryError
@@ -67,6 +68,19 @@ class Region:
         return self.separates and _rim(self.surface) is not None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Crossing:
+    """The triangles that a boundary crosses.
+
+    around: (t,) where around it each is crossed, in edges from vertex 0; NaN for the others.
+    points, lefts: (s, 3) places along it, and directions to its left there.
+    """
+
+    around: NDArray[np.float64]
+    points: Points
+    lefts: Points
+
+
 def enclose_region(surface: Surface, points: Points) -> Region:
     """The region to the left of a closed polygon (P, 3) that lies on the surface.
 
@@ -80,9 +94,10 @@ def enclose_region(surface: Surface, points: Points) -> Region:
     why = surface.mesh.explain_distance(points, "surface", FAR, FARTHEST)
     if why is not None:
         raise InvalidBoundaryError(f"the boundary does not lie on the surface: {why}")
-    for around, left in _list_crossings(surface, points):
+    for crossing in _list_crossings(surface, points):
+        around = crossing.around
         inside, separates = flood_left(
-            surface.beside, ~np.isnan(around), surface.vertices, surface.triangles, left
+            surface.beside, ~np.isnan(around), *_list_votes(surface, crossing)
         )
         if separates:
             share = float(surface.areas[inside].sum() / surface.areas.sum())
@@ -92,21 +107,34 @@ def enclose_region(surface: Surface, points: Points) -> Region:
     return Region(surface, 1.0, np.full(n, np.nan), False, np.ones(n, np.bool_))
 
 
+def _list_votes(surface: Surface, crossing: Crossing) -> tuple[Int32Array, NDArray[np.int8]]:
+    """(m,) triangles beside ones that a boundary crosses, and (m,) whether each is to its left, 1,
+    or its right, -1, where it is nearest."""
+    barrier = ~np.isnan(crossing.around)
+    mixed = surface.beside[barrier[surface.beside].sum(axis=1) == 1]
+    voters = np.where(barrier[mixed[:, 0]], mixed[:, 1], mixed[:, 0])
+    if not len(voters):
+        return voters, np.empty(0, np.int8)
+    middles = surface.vertices[surface.triangles[voters]].mean(axis=1)
+    near = np.asarray(KDTree(crossing.points).query(middles)[1])
+    side = np.einsum("nc,nc->n", middles - crossing.points[near], crossing.lefts[near])
+    return voters, np.sign(side).astype(np.int8)
+
+
 @kernel
 def flood_left(
     beside: Int32Array,
     barrier: NDArray[np.bool_],
-    vertices: Points,
-    triangles: Int32Array,
-    left: NDArray[np.float64],
+    voters: Int32Array,
+    sides: NDArray[np.int8],
 ) -> tuple[NDArray[np.bool_], bool]:
     """(t,) bool, the triangles that a boundary crosses and those on its left, and whether it
     parts them from those on its right.
 
-    beside: (e, 2) triangles with a common edge. barrier: (t,) those that it crosses. left:
-    (t, 2, 3) a point of the boundary on each of these, and the direction to its left.
+    beside: (e, 2) triangles with a common edge. barrier: (t,) those that it crosses. voters: (m,)
+    triangles beside these, sides: (m,) 1 for those on its left, -1 for those on its right.
     """
-    n = len(triangles)
+    n = len(barrier)
     root = np.arange(n)
     for k in range(len(beside)):
         a, b = beside[k]
@@ -115,21 +143,9 @@ def flood_left(
             root[max(a, b)] = min(a, b)
     votes = np.zeros(n, np.int64)
     count = np.zeros(n, np.int64)
-    for k in range(len(beside)):
-        a, b = beside[k]
-        if barrier[a] == barrier[b]:
-            continue
-        if barrier[b]:
-            a, b = b, a
-        # A triangle beside one that the boundary crosses lies left or right of it there.
-        side = 0.0
-        for d in range(3):
-            middle = 0.0
-            for e in range(3):
-                middle += vertices[triangles[b, e], d]
-            side += (middle / 3.0 - left[a, 0, d]) * left[a, 1, d]
-        piece = _root(root, b)
-        votes[piece] += 1 if side > 0.0 else (-1 if side < 0.0 else 0)
+    for k in range(len(voters)):
+        piece = _root(root, voters[k])
+        votes[piece] += sides[k]
         count[piece] += 1
     separates = True
     for piece in range(n):
@@ -268,11 +284,6 @@ def map_on_disk(region: Region, disk: Points, perimeter: int) -> Feet | None:
     return region.surface.at(triangle, weights)
 
 
-#: Per triangle where around a boundary it is crossed, NaN if not, and (t, 2, 3) a point of the
-#: boundary on it and the direction left of it.
-Crossing = tuple[NDArray[np.float64], NDArray[np.float64]]
-
-
 def _list_crossings(surface: Surface, points: Points) -> Iterator[Crossing]:
     """The triangles that a boundary may be taken to cross, the likeliest first; none where it
     leaves the surface."""
@@ -319,11 +330,8 @@ def _cross_below(
     else:
         return None
     around = np.full(len(surface.triangles), np.nan)
-    left = np.zeros((len(surface.triangles), 2, 3))
-    along = _around(points, (place + 0.25) % n) - _around(points, (place - 0.25) % n)
-    to_left = np.cross(feet.normals, along)
     around[feet.triangles] = place
-    left[feet.triangles, 0], left[feet.triangles, 1] = feet.points, to_left
+    along = _around(points, (place + 0.25) % n) - _around(points, (place - 0.25) % n)
     # Two triangles of the way that touch in a vertex alone: the fan round it closes the gap.
     one, two = (surface.triangles[f] for f in (feet.triangles, np.roll(feet.triangles, -1)))
     common = (one[:, :, None] == two[:, None, :]).any(axis=2)
@@ -333,8 +341,7 @@ def _cross_below(
     sample = nearest_sample[surface.triangles].max(axis=1)
     fan = np.isnan(around) & (sample >= 0)
     around[fan] = place[sample[fan]]
-    left[fan, 0], left[fan, 1] = feet.points[sample[fan]], to_left[sample[fan]]
-    return around, left
+    return Crossing(around, feet.points, np.cross(feet.normals, along))
 
 
 #: A path from middle to middle of triangles goes to and fro: up to this many times the length of
@@ -395,14 +402,15 @@ def _find_paths(surface: Surface, points: Points) -> list[Feet] | None:
 def _cross_along(surface: Surface, points: Points, paths: list[Feet]) -> Crossing:
     """Crossed are the triangles along paths between the vertices."""
     around = np.full(len(surface.triangles), np.nan)
-    left = np.zeros((len(surface.triangles), 2, 3))
+    at: list[Points] = []
+    lefts: list[Points] = []
     for i, path in enumerate(paths):
         share = (np.arange(len(path.triangles)) + 0.5) / len(path.triangles)
         edge = points[(i + 1) % len(points)] - points[i]
         around[path.triangles] = i + share
-        left[path.triangles, 0] = points[i] + share[:, None] * edge
-        left[path.triangles, 1] = np.cross(path.normals, edge)
-    return around, left
+        at.append(points[i] + share[:, None] * edge)
+        lefts.append(np.cross(path.normals, edge))
+    return Crossing(around, np.concatenate(at), np.concatenate(lefts))
 
 
 def _link_triangles(surface: Surface) -> tuple[csr_array, NDArray[np.float64]]:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from placing_cases import CONVEX, grid, parallel, polygon, sphere, widened
 
-from patterndb.errors import InvalidMeshError
+from patterndb.errors import InvalidBoundaryError, InvalidMeshError
 from patterndb.geometry.casting import first_along
 from patterndb.geometry.proximity import nearest
 from patterndb.geometry.tree import build
@@ -205,3 +205,68 @@ class TestSurface:
         points = polygon(corners, fill.lengths)
         off = place(fill, points, flat).vertices - place(fill, points).vertices
         assert np.abs(off).max() < 1e-9
+
+
+def make_shell(thickness: float, columns: int = 40, rows: int = 20) -> Surface:
+    """Half a tube of radius 1 about z, two walls with rims between them: a thin cloth.
+
+    Triangles face away from the cloth's middle.
+    """
+    turn = np.pi * np.arange(columns + 1) / columns
+    walls = []
+    for radius in (1.0, 1.0 - thickness):
+        x, z = np.meshgrid(turn, np.linspace(0.0, 2.0, rows + 1), indexing="ij")
+        walls.append(np.stack([radius * np.cos(x), radius * np.sin(x), z], axis=2).reshape(-1, 3))
+    n = len(walls[0])
+    cells = [i * (rows + 1) + j for i in range(columns) for j in range(rows)]
+    faces = [[a, a + rows + 1, a + rows + 2] for a in cells]
+    faces += [[a, a + rows + 2, a + 1] for a in cells]
+    outer = np.array(faces)
+    sides = np.concatenate([outer[:, [k, (k + 1) % 3]] for k in range(3)])
+    one_way = {(int(a), int(b)) for a, b in sides}
+    rim = [(a, b) for a, b in one_way if (b, a) not in one_way]
+    walls_between = [[b, a, a + n] for a, b in rim] + [[b, a + n, b + n] for a, b in rim]
+    inner = outer[:, ::-1] + n
+    return Surface.from_arrays(np.concatenate(walls), np.concatenate([outer, inner, walls_between]))
+
+
+@pytest.mark.parametrize("thickness", [0.2, 0.05, 0.02, 0.005])
+@pytest.mark.parametrize("steps", [4, 6, 12])
+def test_a_boundary_on_a_thin_cloth_stays_on_its_wall(thickness: float, steps: int) -> None:
+    """The chords of the boundary's edges come nearer to the lining than to the outer wall."""
+    surface = make_shell(thickness)
+    fill = grid(steps, steps)
+    turn, height = np.linspace(0.8, 2.3, steps + 1), np.linspace(0.4, 1.6, steps + 1)
+    around = [
+        *((t, height[0]) for t in turn[:-1]),
+        *((turn[-1], h) for h in height[:-1]),
+        *((t, height[-1]) for t in turn[:0:-1]),
+        *((turn[0], h) for h in height[:0:-1]),
+    ]
+    points = np.array([[np.cos(t), np.sin(t), h] for t, h in around])
+    # What is enclosed, and half of what the boundary's triangles have beside it.
+    wanted = 1.5 * 1.2 / surface.areas.sum()
+    region = enclose_region(surface, points)
+    assert region.separates
+    assert wanted <= region.share <= 1.35 * wanted
+    placed = place(fill, points, region)
+    inner = placed.vertices[fill.perimeter :]
+    radius = np.linalg.norm(inner[:, :2], axis=1)
+    assert not len(placed.flipped) and placed.at_rest
+    # On the outer wall, whose facets are up to this far within the tube.
+    assert (radius > np.cos(np.pi / 80.0) - 1e-6).all()
+    other = enclose_region(surface, points[::-1])
+    assert other.separates and other.share == pytest.approx(1.0 - wanted, abs=0.05)
+
+
+@pytest.mark.parametrize(("size", "move"), [(1.0, 1000.0), (1.0, 3.0), (1e-3, 0.0), (1000.0, 0.0)])
+def test_a_boundary_nowhere_near_its_surface_is_refused(size: float, move: float) -> None:
+    """With how far off it is, in diagonals of the surface: it is elsewhere, or in another unit."""
+    points = size * parallel(SPHERE, 12, 40.0) + [move, 0.0, 0.0]
+    with pytest.raises(InvalidBoundaryError, match="times the diagonal of the surface") as caught:
+        enclose_region(SPHERE, points)
+    off = np.linalg.norm(SPHERE.nearest(points).points - points, axis=1)
+    shown = off.min()
+    assert f"{shown:.4g} off, {shown / SPHERE.diagonal:.3g} times" in str(caught.value)
+    with pytest.raises(InvalidBoundaryError):
+        place(grid(3, 3), points, SPHERE)

@@ -20,7 +20,7 @@ from query.engine import PatternSource
 
 @cache
 def plate(k: int, hole: float = 2.0) -> Ground:
-    """A square from -5 to 5 of (2 k)^2 cells, without those whose middle is within a square hole."""
+    """A square from -5 to 5 of (2 k)^2 cells, with a square hole in its middle."""
     at = np.linspace(-5.0, 5.0, 2 * k + 1)
     x, y = np.meshgrid(at, at, indexing="ij")
     points = np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1)
@@ -167,7 +167,7 @@ def test_disks_are_disks_and_what_is_beyond_them_is_none(radius: float) -> None:
     """On a torus: a small circle on its top, and the other way round, around the handle."""
     ground = torus()
     circle = ring(radius, 0.0, middle=(3.0, 0.0))
-    points = ground.nearest(circle + [0.0, 0.0, 1.0]).points
+    points = ground.nearest(circle + np.array([0.0, 0.0, 1.0])).points
     assert explain_no_disk(ground, points) is None
     why = explain_no_disk(ground, points[::-1])
     assert why is not None and "handle" in why

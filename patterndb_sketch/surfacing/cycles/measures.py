@@ -128,6 +128,9 @@ def measure_cycles(
     ]
     offsets = np.r_[0, np.cumsum([len(part) for part in parts])]
     samples = np.concatenate(parts) if parts else np.zeros((0, 3))
+    # By a power of two, which changes no digit: squares of areas are neither 0 nor infinite.
+    size = int(np.frexp(np.abs(samples).max(initial=0.0))[1])
+    samples, parts = np.ldexp(samples, -size), [np.ldexp(part, -size) for part in parts]
     leaving = np.concatenate([[part[1] - part[0], part[-2] - part[-1]] for part in parts])
     leaving = units(leaving)
     steps = np.array([2 * c + back for cycle in cycles for c, back in cycle.steps], np.int64)
@@ -147,6 +150,7 @@ def measure_cycles(
             inward[a:b],
         )
     length, flatness, area, bending, corners, cuts, section = np.ascontiguousarray(values.T)
+    length, area = np.ldexp(length, size), np.ldexp(area, 2 * size)
     return CycleMeasures(length, flatness, area, bending, corners, cuts, section, inward)
 
 

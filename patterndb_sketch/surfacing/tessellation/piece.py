@@ -378,4 +378,5 @@ def measure_stretch(
         x, y = uy * vz - uz * vy, uz * vx - ux * vz
         flat += area
         real += math.sqrt(area * area + x * x + y * y)
-    return math.sqrt(real / flat)
+    # So small that its area is 0 in numbers, nothing can be told.
+    return math.sqrt(real / flat) if flat > 0.0 else 1.0
