@@ -319,7 +319,9 @@ class Database:
             for name in names:
                 found = reading.find_mesh_ids(connection, name)
                 if not found:
-                    raise NotFoundError(f"no mesh {name!r}; 'patterndb meshes' lists them")
+                    known = {mesh.name for mesh in reading.list_known(connection)}
+                    near = reading.offer_names(name, known)
+                    raise NotFoundError(f"no mesh {name!r}{near}; 'patterndb meshes' lists them")
                 if len(found) > 1:
                     raise NotFoundError(
                         f"{len(found)} meshes are called {name!r}; name one by its SHA-256 "

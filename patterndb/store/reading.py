@@ -419,7 +419,7 @@ def choose_meshes(
             found = choose_named(known, name)
             if not found:
                 raise NotFoundError(
-                    f"no mesh {name!r}{_near(name, {mesh.name for mesh in known})}; "
+                    f"no mesh {name!r}{offer_names(name, {mesh.name for mesh in known})}; "
                     "'patterndb meshes' lists them"
                 )
             named.update(found)
@@ -443,8 +443,8 @@ def choose_meshes(
     return chosen
 
 
-def _near(name: str, known: set[str]) -> str:
-    """What comes near the name, as a part of a sentence; nothing where nothing does."""
+def offer_names(name: str, known: set[str]) -> str:
+    """Offer the names that come near one, as a part of a sentence; nothing where none does."""
     # Without suffixes: that two names end in .obj makes them no more alike.
     stems: dict[str, list[str]] = {}
     for one in sorted(known):
