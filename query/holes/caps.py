@@ -227,8 +227,8 @@ TURN, BACK = np.radians(65.0), np.radians(20.0)
 ROUND = 0.8
 
 #: What the squared logarithm of the ratio of two sides of a grid weighs against squared radians at
-#: the vertices of the boundary.
-EQUAL_SIDES = 0.25
+#: the vertices of the boundary; and of a round one, where some turn a little more than others.
+EQUAL_SIDES, EQUAL_SIDES_ROUND = 0.25, 10.0
 
 #: Costs of grids nearer than this are equal: rounding and a turned mesh choose no other grid.
 ALIKE = 1e-6
@@ -237,14 +237,15 @@ ALIKE = 1e-6
 ONE_RING, TWO_RINGS = 8, 16
 
 
-def list_cap_quads(loop: Floats, plane: RimPlane) -> list[Int32Array]:
+def list_cap_quads(loop: Floats, plane: RimPlane, mirrors: Int32Array) -> list[Int32Array]:
     """Quads (q, 4) that artists put into a convex flat cap, likeliest first.
 
-    loop: (L, 3), L even. A grid whose four corners are where the boundary turns, on a round one
-    where its sides are most equal; and on a round one a ring of quads around a grid, a ring around
-    a pole, and two rings around a grid. Vertices of the loop are 0..L-1, inner ones follow. The
-    list is empty where the boundary turns back, and where it has three sharp corners or more than
-    four, which no grid fits.
+    loop: (L, 3), L even. mirrors: of the loop, see :func:`query.holes.symmetry.find_mirrors`; a
+    grid follows one where it can.
+    A grid whose four corners are where the boundary turns, on a round one where its sides are most
+    equal; and on a round one a ring of quads around a grid, a ring around a pole, and two rings
+    around a grid. Vertices of the loop are 0..L-1, inner ones follow. The list is empty where the
+    boundary turns back, and where it has three sharp corners or more than four: no grid fits these.
     """
     n = len(loop)
     angles = _measure_angles(loop, plane)
@@ -252,9 +253,11 @@ def list_cap_quads(loop: Floats, plane: RimPlane) -> list[Int32Array]:
     if n % 2 or n < 4 or (angles - np.pi > BACK).any() or sharp == 3 or sharp > 4:
         return []
     after = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
-    grid = _choose_grid(angles, after)
+    is_round = sharp == 0
+    is_round &= 4 * np.pi * plane.measure_area(loop) >= ROUND * float(after.sum()) ** 2
+    grid = _choose_grid(angles, after, is_round, mirrors)
     found = [_make_rings(n, 0, grid)]
-    if sharp == 0 and 4 * np.pi * plane.measure_area(loop) >= ROUND * float(after.sum()) ** 2:
+    if is_round:
         if n >= ONE_RING:
             found.append(_make_rings(n, 1, grid))
         if n > ONE_RING:
@@ -273,25 +276,34 @@ def _measure_angles(loop: Floats, plane: RimPlane) -> Floats:
     return np.arctan2(sine, (after * before).sum(axis=1)) % (2 * np.pi)
 
 
-def _choose_grid(angles: Floats, after: Floats) -> tuple[int, int]:
+def _choose_grid(
+    angles: Floats, after: Floats, is_round: bool, mirrors: Int32Array
+) -> tuple[int, int]:
     """The first corner of the grid that fits a boundary best, and the edges of its first side.
 
     angles: (L,) of the boundary. after: (L,) lengths of its edges.
     """
+    weight = EQUAL_SIDES_ROUND if is_round else EQUAL_SIDES
     n = len(angles)
     gain = (angles - np.pi / 2) ** 2 - (angles - np.pi) ** 2
     along = np.concatenate([[0.0], np.cumsum(np.tile(after, 2))])
     start = np.arange(n)
-    best, least = (0, 1), np.inf
+    best, least, followed = (0, 1), np.inf, False
     for a in range(1, n // 2):
         ends = np.array([start, start + a, start + n // 2, start + n // 2 + a, start + n])
         sides = np.log(np.maximum(np.diff(along[ends], axis=0), 1e-12 * along[-1]))
         ratios = (sides[0] - sides[2]) ** 2 + (sides[1] - sides[3]) ** 2
         ratios += (sides[0] + sides[2] - sides[1] - sides[3]) ** 2 / 4
-        cost = gain[ends[:4] % n].sum(axis=0) + EQUAL_SIDES * ratios
+        corners = ends[:4] % n
+        cost = gain[corners].sum(axis=0) + weight * ratios
+        follows = np.zeros(n, np.bool_)
+        for s in mirrors.tolist():
+            follows |= (np.sort((s - corners) % n, axis=0) == np.sort(corners, axis=0)).all(axis=0)
+        if follows.any():
+            cost[~follows] = np.inf
         at = int(np.flatnonzero(cost <= cost.min() + ALIKE)[0])
-        if cost[at] < least - ALIKE:
-            best, least = (at, a), float(cost[at])
+        if (follows[at], -cost[at]) > (followed, -(least - ALIKE)):
+            best, least, followed = (at, a), float(cost[at]), bool(follows[at])
     return best
 
 
