@@ -14,7 +14,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.caprequest import Shape
-from query.holes.loops import Hole
+from query.holes.loops import Hole, MeshTopology
 from query.holes.surroundings import Surroundings
 
 
@@ -41,7 +41,9 @@ class RimPlane:
         area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
         if area @ normal < 0:
             normal = -normal
-        diameter = float(np.linalg.norm(points[:, None] - points[None], axis=2).max())
+        squares = (spokes * spokes).sum(axis=1)
+        apart = squares[:, None] + squares[None] - 2 * (spokes @ spokes.T)
+        diameter = float(np.sqrt(max(apart.max(), 0.0)))
         off = float(np.abs(spokes @ normal).max())
         return cls(centre, normal, diameter, off / diameter if diameter > 0 else 0.0)
 
@@ -80,52 +82,46 @@ class Walls:
 def measure_walls(hole: Hole, plane: RimPlane) -> Walls:
     """Measure the faces outside at the edges of a hole, and those behind them."""
     t = hole.topology
-    gone = set(hole.removed.tolist())
-    middle: dict[int, Floats] = {}
-    angles: list[float] = []
-    turns: list[float] = []
-    depths: list[float] = []
-
-    def middle_of(face: int) -> Floats:
-        if face not in middle:
-            corners = t.tail[t.start[face] : t.start[face + 1]]
-            middle[face] = t.mesh.points[corners].mean(axis=0)
-        return middle[face]
-
-    def leave(h: int, outward: Floats) -> float:
-        """The angle at which the face of a half-edge leaves the plane."""
-        a, b = t.mesh.points[t.tail[h]], t.mesh.points[t.head[h]]
-        along = b - a
-        into = middle_of(int(t.face[h])) - (a + b) / 2
-        size = float(along @ along)
-        if size > 0:
-            into = into - along * (float(into @ along) / size)
-        return float(np.arctan2(-into @ plane.normal, into @ outward))
-
-    for h in hole.edges[hole.edges >= 0].tolist():
-        # The edge outside runs clockwise.
-        along = t.mesh.points[t.head[h]] - t.mesh.points[t.tail[h]]
-        outward = np.cross(plane.normal, along)
-        size = float(np.linalg.norm(outward))
-        if size == 0:
-            continue
-        outward /= size
-        first = leave(h, outward)
-        face = int(t.face[h])
-        turn, depth = np.nan, np.nan
-        if t.start[face + 1] - t.start[face] == 4:
-            behind = int(t.twin[t.next[t.next[h]]])
-            if behind >= 0 and int(t.face[behind]) not in gone:
-                turn = leave(behind, outward) - first
-                turn = (turn + np.pi) % (2 * np.pi) - np.pi
-                depth = float(np.linalg.norm(middle_of(int(t.face[behind])) - middle_of(face)))
-        angles.append(first)
-        turns.append(turn)
-        depths.append(depth)
-    angle, turn = np.array(angles), np.array(turns)
+    points = t.mesh.points
+    edges = hole.edges[hole.edges >= 0]
+    # The edge outside runs clockwise.
+    outward = np.cross(plane.normal, points[t.head[edges]] - points[t.tail[edges]])
+    size = np.linalg.norm(outward, axis=1)
+    edges, outward, size = edges[size > 0], outward[size > 0], size[size > 0]
+    outward /= size[:, None]
+    angle, middle = _leave_plane(t, edges, plane, outward)
+    # Behind a quad, unless the hole replaces what is there.
+    opposite = t.twin[t.next[t.next[edges]]]
+    face = t.face[edges]
+    behind = (opposite >= 0) & (t.start[face + 1] - t.start[face] == 4)
+    behind &= ~np.isin(t.face[opposite], hole.removed)
+    turn, depth = np.full(len(edges), np.nan), np.full(len(edges), np.nan)
+    next_angle, next_middle = _leave_plane(t, opposite[behind], plane, outward[behind])
+    turn[behind] = (next_angle - angle[behind] + np.pi) % (2 * np.pi) - np.pi
+    depth[behind] = np.linalg.norm(next_middle - middle[behind], axis=1)
     if len(angle) and np.sin(angle).mean() < 0:
         angle, turn = -angle, -turn
-    return Walls(angle, turn, np.array(depths))
+    return Walls(angle, turn, depth)
+
+
+def _leave_plane(
+    topology: MeshTopology, edges: Int32Array, plane: RimPlane, outward: Floats
+) -> tuple[Floats, Floats]:
+    """(e,) angles at which the faces of half-edges leave a plane, and (e, 3) their middles."""
+    t, points = topology, topology.mesh.points
+    face = t.face[edges]
+    size = t.start[face + 1] - t.start[face]
+    row = np.repeat(np.arange(len(edges)), size)
+    corner = np.arange(len(row)) - np.repeat(np.cumsum(size) - size, size) + t.start[face][row]
+    middle = np.zeros((len(edges), 3))
+    np.add.at(middle, row, points[t.tail[corner]])
+    middle /= size[:, None]
+    a, b = points[t.tail[edges]], points[t.head[edges]]
+    along = b - a
+    into = middle - (a + b) / 2
+    part = (into * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-300)
+    into -= along * part[:, None]
+    return np.arctan2(-into @ plane.normal, (into * outward).sum(axis=1)), middle
 
 
 #: A boundary this near to its plane, as a part of its diameter, is planar; one this near where all
