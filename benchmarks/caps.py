@@ -126,7 +126,7 @@ def cut_case(
     at_creases: bool,
     faces: frozenset[int],
 ) -> CapCase | None:
-    """Cut a region and place its own quads; None where it is no disk of quads near a plane."""
+    """Cut a region and place its own quads; None unless it is a disk of quads near a plane."""
     if (topology.mesh.arities()[sorted(faces)] != 4).any():
         return None
     cut = make_cut(name, topology, faces, at, 4)
@@ -193,7 +193,7 @@ def print_decisions(cases: list[CapCase]) -> None:
 
 
 def key_of(quads: Int32Array, n_vertices: int, n: int) -> bytes:
-    """What tells a fill from any other of a loop of n edges."""
+    """Return the key of a fill of a loop of n edges."""
     return hash_quads(quads, weld_quads(quads, n_vertices, n)[0], False)
 
 

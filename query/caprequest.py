@@ -1,7 +1,7 @@
-"""How the fill of a hole is to lie: what one can ask for, read by all who let one choose.
+"""How the fill of a hole is to lie: the request, and the choices with their help.
 
-:func:`query.holes.fill_holes`, the options of the command line, the service, its description and
-the page read :class:`CapRequest` and :data:`SHAPES`.
+:func:`query.holes.fill_holes`, the options of the command line, batch files, the service, its
+description and the page read :class:`CapRequest` and :data:`SHAPES`; no other list has them.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ class CapRequest(Entries):
         edges (1).
     ngon: one face of as many corners as the boundary has vertices, instead of quads.
 
-    Raises InvalidQueryError for a shape that is none of these, a tension out of its range, and for
-    what contradicts each other.
+    Raises InvalidQueryError for another shape, a tension out of its range, and entries that
+    contradict each other.
     """
 
     shape: Shape = "auto"

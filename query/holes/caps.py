@@ -14,7 +14,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.caprequest import Shape
-from query.holes.loops import Hole
+from query.holes.loops import Hole, MeshTopology
 from query.holes.surroundings import Surroundings
 
 
@@ -41,7 +41,9 @@ class RimPlane:
         area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
         if area @ normal < 0:
             normal = -normal
-        diameter = float(np.linalg.norm(points[:, None] - points[None], axis=2).max())
+        squares = (spokes * spokes).sum(axis=1)
+        apart = squares[:, None] + squares[None] - 2 * (spokes @ spokes.T)
+        diameter = float(np.sqrt(max(apart.max(), 0.0)))
         off = float(np.abs(spokes @ normal).max())
         return cls(centre, normal, diameter, off / diameter if diameter > 0 else 0.0)
 
@@ -80,52 +82,46 @@ class Walls:
 def measure_walls(hole: Hole, plane: RimPlane) -> Walls:
     """Measure the faces outside at the edges of a hole, and those behind them."""
     t = hole.topology
-    gone = set(hole.removed.tolist())
-    middle: dict[int, Floats] = {}
-    angles: list[float] = []
-    turns: list[float] = []
-    depths: list[float] = []
-
-    def middle_of(face: int) -> Floats:
-        if face not in middle:
-            corners = t.tail[t.start[face] : t.start[face + 1]]
-            middle[face] = t.mesh.points[corners].mean(axis=0)
-        return middle[face]
-
-    def leave(h: int, outward: Floats) -> float:
-        """The angle at which the face of a half-edge leaves the plane."""
-        a, b = t.mesh.points[t.tail[h]], t.mesh.points[t.head[h]]
-        along = b - a
-        into = middle_of(int(t.face[h])) - (a + b) / 2
-        size = float(along @ along)
-        if size > 0:
-            into = into - along * (float(into @ along) / size)
-        return float(np.arctan2(-into @ plane.normal, into @ outward))
-
-    for h in hole.edges[hole.edges >= 0].tolist():
-        # The edge outside runs clockwise.
-        along = t.mesh.points[t.head[h]] - t.mesh.points[t.tail[h]]
-        outward = np.cross(plane.normal, along)
-        size = float(np.linalg.norm(outward))
-        if size == 0:
-            continue
-        outward /= size
-        first = leave(h, outward)
-        face = int(t.face[h])
-        turn, depth = np.nan, np.nan
-        if t.start[face + 1] - t.start[face] == 4:
-            behind = int(t.twin[t.next[t.next[h]]])
-            if behind >= 0 and int(t.face[behind]) not in gone:
-                turn = leave(behind, outward) - first
-                turn = (turn + np.pi) % (2 * np.pi) - np.pi
-                depth = float(np.linalg.norm(middle_of(int(t.face[behind])) - middle_of(face)))
-        angles.append(first)
-        turns.append(turn)
-        depths.append(depth)
-    angle, turn = np.array(angles), np.array(turns)
+    points = t.mesh.points
+    edges = hole.edges[hole.edges >= 0]
+    # The edge outside runs clockwise.
+    outward = np.cross(plane.normal, points[t.head[edges]] - points[t.tail[edges]])
+    size = np.linalg.norm(outward, axis=1)
+    edges, outward, size = edges[size > 0], outward[size > 0], size[size > 0]
+    outward /= size[:, None]
+    angle, middle = _leave_plane(t, edges, plane, outward)
+    # Behind a quad, unless the hole replaces what is there.
+    opposite = t.twin[t.next[t.next[edges]]]
+    face = t.face[edges]
+    behind = (opposite >= 0) & (t.start[face + 1] - t.start[face] == 4)
+    behind &= ~np.isin(t.face[opposite], hole.removed)
+    turn, depth = np.full(len(edges), np.nan), np.full(len(edges), np.nan)
+    next_angle, next_middle = _leave_plane(t, opposite[behind], plane, outward[behind])
+    turn[behind] = (next_angle - angle[behind] + np.pi) % (2 * np.pi) - np.pi
+    depth[behind] = np.linalg.norm(next_middle - middle[behind], axis=1)
     if len(angle) and np.sin(angle).mean() < 0:
         angle, turn = -angle, -turn
-    return Walls(angle, turn, np.array(depths))
+    return Walls(angle, turn, depth)
+
+
+def _leave_plane(
+    topology: MeshTopology, edges: Int32Array, plane: RimPlane, outward: Floats
+) -> tuple[Floats, Floats]:
+    """(e,) angles at which the faces of half-edges leave a plane, and (e, 3) their middles."""
+    t, points = topology, topology.mesh.points
+    face = t.face[edges]
+    size = t.start[face + 1] - t.start[face]
+    row = np.repeat(np.arange(len(edges)), size)
+    corner = np.arange(len(row)) - np.repeat(np.cumsum(size) - size, size) + t.start[face][row]
+    middle = np.zeros((len(edges), 3))
+    np.add.at(middle, row, points[t.tail[corner]])
+    middle /= size[:, None]
+    a, b = points[t.tail[edges]], points[t.head[edges]]
+    along = b - a
+    into = middle - (a + b) / 2
+    part = (into * along).sum(axis=1) / np.maximum((along * along).sum(axis=1), 1e-300)
+    into -= along * part[:, None]
+    return np.arctan2(-into @ plane.normal, (into * outward).sum(axis=1)), middle
 
 
 #: A boundary this near to its plane, as a part of its diameter, is planar; one this near where all
@@ -227,8 +223,8 @@ TURN, BACK = np.radians(65.0), np.radians(20.0)
 ROUND = 0.8
 
 #: What the squared logarithm of the ratio of two sides of a grid weighs against squared radians at
-#: the vertices of the boundary.
-EQUAL_SIDES = 0.25
+#: the vertices of the boundary; and of a round one, where some turn a little more than others.
+EQUAL_SIDES, EQUAL_SIDES_ROUND = 0.25, 10.0
 
 #: Costs of grids nearer than this are equal: rounding and a turned mesh choose no other grid.
 ALIKE = 1e-6
@@ -237,14 +233,15 @@ ALIKE = 1e-6
 ONE_RING, TWO_RINGS = 8, 16
 
 
-def list_cap_quads(loop: Floats, plane: RimPlane) -> list[Int32Array]:
+def list_cap_quads(loop: Floats, plane: RimPlane, mirrors: Int32Array) -> list[Int32Array]:
     """Quads (q, 4) that artists put into a convex flat cap, likeliest first.
 
-    loop: (L, 3), L even. A grid whose four corners are where the boundary turns, on a round one
-    where its sides are most equal; and on a round one a ring of quads around a grid, a ring around
-    a pole, and two rings around a grid. Vertices of the loop are 0..L-1, inner ones follow. The
-    list is empty where the boundary turns back, and where it has three sharp corners or more than
-    four, which no grid fits.
+    loop: (L, 3), L even. mirrors: of the loop, see :func:`query.holes.symmetry.find_mirrors`; a
+    grid follows one where it can.
+    A grid whose four corners are where the boundary turns, on a round one where its sides are most
+    equal; and on a round one a ring of quads around a grid, a ring around a pole, and two rings
+    around a grid. Vertices of the loop are 0..L-1, inner ones follow. The list is empty where the
+    boundary turns back, and where it has three sharp corners or more than four: no grid fits these.
     """
     n = len(loop)
     angles = _measure_angles(loop, plane)
@@ -252,9 +249,11 @@ def list_cap_quads(loop: Floats, plane: RimPlane) -> list[Int32Array]:
     if n % 2 or n < 4 or (angles - np.pi > BACK).any() or sharp == 3 or sharp > 4:
         return []
     after = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
-    grid = _choose_grid(angles, after)
+    is_round = sharp == 0
+    is_round &= 4 * np.pi * plane.measure_area(loop) >= ROUND * float(after.sum()) ** 2
+    grid = _choose_grid(angles, after, is_round, mirrors)
     found = [_make_rings(n, 0, grid)]
-    if sharp == 0 and 4 * np.pi * plane.measure_area(loop) >= ROUND * float(after.sum()) ** 2:
+    if is_round:
         if n >= ONE_RING:
             found.append(_make_rings(n, 1, grid))
         if n > ONE_RING:
@@ -273,25 +272,34 @@ def _measure_angles(loop: Floats, plane: RimPlane) -> Floats:
     return np.arctan2(sine, (after * before).sum(axis=1)) % (2 * np.pi)
 
 
-def _choose_grid(angles: Floats, after: Floats) -> tuple[int, int]:
+def _choose_grid(
+    angles: Floats, after: Floats, is_round: bool, mirrors: Int32Array
+) -> tuple[int, int]:
     """The first corner of the grid that fits a boundary best, and the edges of its first side.
 
     angles: (L,) of the boundary. after: (L,) lengths of its edges.
     """
+    weight = EQUAL_SIDES_ROUND if is_round else EQUAL_SIDES
     n = len(angles)
     gain = (angles - np.pi / 2) ** 2 - (angles - np.pi) ** 2
     along = np.concatenate([[0.0], np.cumsum(np.tile(after, 2))])
     start = np.arange(n)
-    best, least = (0, 1), np.inf
+    best, least, followed = (0, 1), np.inf, False
     for a in range(1, n // 2):
         ends = np.array([start, start + a, start + n // 2, start + n // 2 + a, start + n])
         sides = np.log(np.maximum(np.diff(along[ends], axis=0), 1e-12 * along[-1]))
         ratios = (sides[0] - sides[2]) ** 2 + (sides[1] - sides[3]) ** 2
         ratios += (sides[0] + sides[2] - sides[1] - sides[3]) ** 2 / 4
-        cost = gain[ends[:4] % n].sum(axis=0) + EQUAL_SIDES * ratios
+        corners = ends[:4] % n
+        cost = gain[corners].sum(axis=0) + weight * ratios
+        follows = np.zeros(n, np.bool_)
+        for s in mirrors.tolist():
+            follows |= (np.sort((s - corners) % n, axis=0) == np.sort(corners, axis=0)).all(axis=0)
+        if follows.any():
+            cost[~follows] = np.inf
         at = int(np.flatnonzero(cost <= cost.min() + ALIKE)[0])
-        if cost[at] < least - ALIKE:
-            best, least = (at, a), float(cost[at])
+        if (follows[at], -cost[at]) > (followed, -(least - ALIKE)):
+            best, least, followed = (at, a), float(cost[at]), bool(follows[at])
     return best
 
 

@@ -491,9 +491,9 @@ def _cap_fills(
     fixed: dict[int, int],
     search: HoleSearch,
 ) -> Iterator[HoleFill]:
-    """What artists put into a flat cap, before all that is ranked."""
+    """The quads that artists put into a flat cap; they come before the ranked ones."""
     n = len(hole)
-    for rank, quads in enumerate(list_cap_quads(hole.points, plane)):
+    for rank, quads in enumerate(list_cap_quads(hole.points, plane, search.mirrors)):
         counts = np.bincount(quads.ravel())
         points = ground.lay(quads, np.zeros((len(counts) - n, 3)))
         if any(counts[at] != asked for at, asked in fixed.items()):

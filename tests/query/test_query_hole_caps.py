@@ -26,6 +26,7 @@ from query.holes import Hole, HoleFill, MeshTopology, fill_holes, find_holes, ho
 from query.holes.caps import RimPlane, find_cap, list_cap_quads
 from query.holes.laying import HoleGround
 from query.holes.surroundings import look_around
+from query.holes.symmetry import find_mirrors
 from query.identity import weld_quads
 
 HEAD = CHECKOUT / "docs" / "meshes" / "head.obj"
@@ -167,10 +168,31 @@ def test_a_box_gets_its_own_corners(source: PatternSource, a: int, b: int) -> No
     assert new == {(x, y, 2.0) for x in range(1, a) for y in range(1, b)}
 
 
+@pytest.mark.parametrize(
+    "stretch, slope, noise, n_quads",
+    [(3, 0, 0.0, 16), (1, 0.5, 0.0, 9), (1, 0, 0.03, 9), (2, 1.0, 0.0, 0)],
+    ids=["ellipse", "oblique", "uneven", "both"],
+)
+def test_a_cap_that_is_not_a_circle_is_a_grid(
+    source: PatternSource, stretch: float, slope: float, noise: float, n_quads: int
+) -> None:
+    n = 16 if stretch == 3 else 12
+    mesh = turn_profile(n, TUBE)
+    points = mesh.points + noise * np.random.default_rng(1).normal(size=mesh.points.shape)
+    points[:, 2] += np.where(points[:, 2] > 1.7, slope * points[:, 0], 0.0)
+    hole = top_hole(PolygonMesh(points * [stretch, 1, 1], mesh.corners, mesh.offsets))
+    fill = next(fill_holes(source, hole, twins=False))
+    assert fill.flat and not fill.flipped and (fill.corners == 1).sum() == 4
+    assert fill.n_quads == n_quads or not n_quads
+    mirrors = find_mirrors(hole.points, look_around(hole).due)
+    kept = [(fill.corners == fill.corners[(s - np.arange(n)) % n]).all() for s in mirrors.tolist()]
+    assert any(kept) or not kept
+
+
 def test_grids_are_for_four_corners() -> None:
     def list_for(outline: list[tuple[float, float]]) -> list[Any]:
         loop = np.c_[np.array(outline), np.zeros(len(outline))]
-        return list_cap_quads(loop, RimPlane.of(loop))
+        return list_cap_quads(loop, RimPlane.of(loop), np.zeros(0, np.int32))
 
     def regular(sides: int, each: int) -> list[tuple[float, float]]:
         at = [(np.cos(t), np.sin(t)) for t in 2 * np.pi * np.arange(sides + 1) / sides]
@@ -368,7 +390,7 @@ def test_moving_turning_and_scaling_change_nothing(
     for at in (points, moved):
         hole = top_hole_of(PolygonMesh(at, mesh.corners, mesh.offsets), n * (len(profile) - 1))
         around, plane = look_around(hole), RimPlane.of(hole.points)
-        listed = list_cap_quads(hole.points, plane)
+        listed = list_cap_quads(hole.points, plane, find_mirrors(hole.points, around.due))
         ground = HoleGround.make(around, None, plane, 0.0, (), 1)
         laid = [ground.lay(quads, np.zeros((int(quads.max()) + 1 - n, 3))) for quads in listed]
         seen.append((find_cap(hole) is not None, [quads.tolist() for quads in listed], laid))
