@@ -117,6 +117,18 @@ def test_holes_of_a_face_are_smooth() -> None:
     assert find_cap(neck) is not None
 
 
+@pytest.mark.parametrize("shape", [(0.0, 0.0), (1.0, 0.0)], ids=["point", "slit"])
+def test_boundaries_without_area_have_no_plane(
+    source: PatternSource, shape: tuple[float, float]
+) -> None:
+    mesh = turn_profile(8, [(1.0, 0.0), (1.0, 1.0), (0.9, 2.0)])
+    points = mesh.points.copy()
+    points[16:, :2] *= shape
+    hole = top_hole(PolygonMesh(points, mesh.corners, mesh.offsets))
+    assert find_cap(hole) is None
+    assert not next(fill_holes(source, hole, twins=False)).flat
+
+
 def test_what_a_hole_replaces_decides_nothing() -> None:
     for lid in (0.0, 0.7):
         n = 8
