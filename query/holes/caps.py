@@ -13,6 +13,7 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
+from patterndb.geometry.quadshape import NO_AREA
 from query.caprequest import Shape
 from query.holes.loops import Hole, MeshTopology
 from query.holes.surroundings import Surroundings
@@ -159,7 +160,8 @@ def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
         return None
     points = hole.points
     plane = RimPlane.of(points)
-    if shape == "auto" and plane.off > NEARLY_PLANAR:
+    slit = plane.measure_area(points) <= NO_AREA * plane.diameter**2
+    if shape == "auto" and (slit or plane.off > NEARLY_PLANAR):
         return None
     walls = measure_walls(hole, plane)
     least = float(np.abs(np.sin(walls.angle)).min()) if len(walls.angle) else 0.0
