@@ -21,7 +21,7 @@ rights are learned from; the others serve as tests, in whichever fold they are.
 3. Assignments: a conditional logit on the corners that are likeliest vertex by vertex.
 4. Lists: the candidates of holes, as the program makes them, with the artist's own fill among
    them. They are rich in fills with irregular vertices inside; each counts by the number of holes
-   it stands for, to the power WEIGHT_POWER.
+   that it stands for.
 5. Ranking: two conditional logits, of the facts of a candidate and of all its numbers, and trees
    on top of the second, boosted by Newton steps of the same likelihood. Early lists, those that
    the first fill is chosen from, count as well as whole ones.
@@ -84,10 +84,6 @@ from query.holes.symmetry import ASYMMETRIC, find_mirrors
 from query.holes.trees import TreeModel
 from query.identity import hash_quads, weld_quads
 
-#: Lists count by the holes that they stand for to this power: the square root of it lies between
-#: the natural mixture, of which two thirds are regular, and none.
-WEIGHT_POWER = 0.5
-
 #: Of every mesh lists stand for so many everyday holes, and so many irregular ones.
 EVERYDAY_STANDS, IRREGULAR_STANDS = 30, 12
 
@@ -135,8 +131,8 @@ class Plan:
     pattern_irregular: int = 1_100
     pattern_seed: int = 77
     pool: int = 120
-    list_regular: int = 3
-    list_inside: int = 10
+    list_regular: int = 9
+    list_inside: int = 12
     list_irregular: int = 6
     list_seed: int = 301
     plain: int = 4
@@ -622,7 +618,7 @@ def fit_ranking(fold: int) -> Arrays:
             offsets.append(added[early])
             weights.append(one.weight)
     linear = fit_logit(choices, offsets)
-    trees = fit_trees(choices, offsets, np.array(weights) ** WEIGHT_POWER, linear)
+    trees = fit_trees(choices, offsets, np.array(weights), linear)
     return name_logit("facts", facts) | name_logit("whole", linear) | trees.to_arrays("whole_tree_")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
+from patterndb.core.reduction import reduce_disk
 from patterndb.geometry.points import Floats
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
 from query.engine import PatternSource, fills
@@ -75,7 +76,9 @@ class HoleSearch:
     due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
     scores (c,). strokes: strands that fills shall have.
     mirrors: of the loop. rim: what fills may not join. known: keys of what was found.
-    assignments: how many were asked.
+    assignments: how many were asked. fixed: quads at loop vertices that the caller chose.
+    best_closed: log probability of the corners of the likeliest regular fill, less that of the most
+    probable corners.
     """
 
     source: PatternSource
@@ -186,20 +189,22 @@ class HoleSearch:
             walks = list(self.ranked)
         rectangles = list_rectangles(self.logs, RECTANGLES)
         top = float(self.logs.max(axis=1).sum())
-        found: list[tuple[Int32Array, int]] = []
+        found: list[tuple[Int32Array, int, Pattern]] = []
         for corners in (*walks, *rectangles):
             if any(corners[at] != asked for at, asked in self.fixed.items()):
                 continue
             if len(found) >= REGULAR and not any(corners is one for one in rectangles):
                 continue
             made = build_regular_fill(corners)
-            if made is None or weld_quads(*made, n)[1] or not self.rim.admits(made[0]):
+            if made is None or not self.rim.admits(made[0]):
                 continue
-            found.append(made)
+            twin, fault = weld_quads(*made, n)
+            if fault:
+                continue
+            found.append((*made, Pattern.from_disk(reduce_disk(twin))))
             likely = float(self.logs[np.arange(n), corners - 1].sum()) - top
             self.best_closed = max(self.best_closed, likely)
-        for quads, n_vertices in found:
-            pattern = Pattern.from_disk(weld_quads(quads, n_vertices, n)[0])
+        for quads, n_vertices, pattern in found:
             fill = Fill(quads, n_vertices, (n,), pattern, (), 0, False, 0, "constructed")
             yield from self._new(fill, 0, n, 1)
 
