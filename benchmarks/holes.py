@@ -1,19 +1,23 @@
 """Holes cut from artists' meshes: how often is the artist's own fill proposed first?
 
-    python benchmarks/holes.py ../shared/data/meshes --only benchmarks/holes_left_out_random.txt \\
-        --db others.db --models left_out.npz
-    options: --per-mesh 20  --seed 11  --no-twins
-    python benchmarks/holes.py ../shared/data/meshes --listed --per-mesh 125
+    python scripts/train_holes.py ../shared/data/meshes -o holes.npz --folds-to folds
+    python benchmarks/holes.py ../shared/data/meshes --folds folds --kind everyday --per-mesh 10
+    python benchmarks/holes.py ../shared/data/meshes --folds folds --kind irregular --orders
+    python benchmarks/holes.py ../shared/data/meshes --only NAMES.txt --db others.db --models m.npz
+    python benchmarks/holes.py ../shared/data/meshes --kind everyday --per-mesh 60
+    options: --seed 11  --twins
 
-The database and the models must not have learned the meshes that are asked: scripts/train_holes.py
---leave-out trains such models, and ``patterndb remove`` takes meshes out of a database. Side by
-side: the ranking of the program; the same candidates with the fewest irregular vertices first, as
-patchgen has them; and those that artists made most first. The first twenty fills are checked: each
-is a disk of quads on the hole's loop, and welded, no old vertex has moved, faces that stay are
-those that were, and every edge of the loop has two faces. Prints Markdown.
+Everyday holes are cut as people delete faces: a face, a strip, those around a vertex, a block, a
+face or vertex grown once or twice. Irregular ones have 6 to 120 quads and one irregular vertex or
+more. With --folds each mesh is asked about with the models and the database of its fold, which have
+not seen it; with none of --folds, --db and --models, with those that ship, which have seen most.
 
-With --listed each hole is asked for twenty fills and nothing else, for many holes: what is
-unanswered, what is wrong with a fill, what the first ones are like.
+Each hole is asked for twenty fills, which are checked: each is a disk of quads on the hole's loop,
+and welded, no old vertex has moved, faces that stay are those that were, and every edge of the loop
+has two faces. First fills are checked for flipped and twisted quads, edges that pierce them, and
+slivers. Milliseconds are those of the processor. --orders compares the order with others: the same
+candidates with the fewest irregular vertices first, as patchgen has them, those that artists made
+most first, and plain queries. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -34,13 +38,16 @@ from query.boundary import CornerKind
 from query.holes import HoleFill, fill_holes
 from query.holes.loops import MeshTopology
 from query.holes.models import HoleModels
-from query.holes.surroundings import look_around
+from query.holes.surroundings import list_faces_near, look_around
 from query.identity import hash_quads, weld_quads
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
-from cut_holes import Cut, cut_holes, read_topology
+from cut_holes import Cut, cut_everyday, cut_holes, read_topology
 
 TOP = (1, 5, 20)
+
+#: A quad is a sliver where it is so many times as long as wide.
+SLIVER = 20.0
 
 
 def check_fill(fill: HoleFill) -> list[str]:
@@ -91,18 +98,17 @@ def measure_distance(fill: HoleFill, cut: Cut) -> float:
 
 
 def ask(cut: Cut, db: Any, models: Any, twins: bool, most: int | None) -> dict[str, Any]:
-    """Ask one hole: where the artist's fill stands in each order, and what the first is like."""
-    begin = time.perf_counter()
+    """Ask about one hole: where the artist's fill stands in each order, and what the first is."""
+    begin = time.process_time()
     source = fill_holes(db, cut.hole, limit=most, twins=twins, models=models)
     first = next(source, None)
-    first_ms = 1e3 * (time.perf_counter() - begin)
+    first_ms = 1e3 * (time.process_time() - begin)
     found = [] if first is None else [first]
+    all_ms = first_ms
     for fill in source:
         found.append(fill)
-        if len(found) == TOP[-1]:
-            all_ms = 1e3 * (time.perf_counter() - begin)
-    if len(found) < TOP[-1]:
-        all_ms = 1e3 * (time.perf_counter() - begin)
+        if len(found) <= TOP[-1]:
+            all_ms = 1e3 * (time.process_time() - begin)
     keys = [key_of(fill) for fill in found]
 
     def rank(order: list[int]) -> int | None:
@@ -113,7 +119,6 @@ def ask(cut: Cut, db: Any, models: Any, twins: bool, most: int | None) -> dict[s
     own = [i for i in every if not found[i].twin]
     return {
         "rank": rank(every),
-        "sound": rank(sorted(every, key=lambda i: (found[i].flipped > 0, i))),
         "regular": rank(sorted(own, key=lambda i: (found[i].n_irregular, i))),
         "artist": rank(
             sorted(
@@ -121,6 +126,7 @@ def ask(cut: Cut, db: Any, models: Any, twins: bool, most: int | None) -> dict[s
             )
         ),
         "first": first,
+        "needless": bool(first and first.flipped and any(not fill.flipped for fill in found)),
         "listed": min(len(found), TOP[-1]),
         "faults": [fault for fill in found[: TOP[-1]] for fault in check_fill(fill)],
         "first_ms": first_ms,
@@ -128,6 +134,64 @@ def ask(cut: Cut, db: Any, models: Any, twins: bool, most: int | None) -> dict[s
         "corners": any((fill.corners == cut.counts).all() for fill in found),
         "twin": bool(found and found[0].twin),
     }
+
+
+def describe_shape(fill: HoleFill) -> dict[str, bool]:
+    """Return what is wrong with how a fill lies: flipped or twisted quads, slivers, or quads that
+    an edge of the fill, or of a face around it, pierces."""
+    mesh = fill.hole.topology.mesh
+    points = np.concatenate([mesh.points, fill.points])
+    corner = points[fill.quads]
+    ahead = np.roll(corner, -1, axis=1) - corner
+    normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    at_corner = np.cross(ahead, -np.roll(ahead, 1, axis=1))
+    outward = (at_corner * normal[:, None]).sum(axis=2)
+    length = np.linalg.norm(ahead, axis=2)
+    across = np.maximum(length[:, 0] + length[:, 2], 1e-300)
+    ratio = across / np.maximum(length[:, 1] + length[:, 3], 1e-300)
+    return {
+        "flipped": fill.flipped > 0,
+        "twisted": bool((outward.min(axis=1) < 0).any()),
+        "slivers": bool((np.maximum(ratio, 1 / ratio) > SLIVER).any()),
+        "pierced": is_pierced(points, fill),
+    }
+
+
+def is_pierced(points: Any, fill: HoleFill) -> bool:
+    """Does an edge of a fill, or of a face around it, pierce a quad of the fill?"""
+    quads = fill.quads
+    every = fill.hole.topology.mesh.faces()
+    around = [list(every[f]) for f in list_faces_near(fill.hole, 2)]
+    faces = [*quads.tolist(), *around]
+    pairs = {(min(a, b), max(a, b)) for f in faces for a, b in zip(f, [*f[1:], f[0]], strict=True)}
+    edges = np.array(sorted(pairs))
+    triangles = np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+    e, t = (grid.ravel() for grid in np.meshgrid(*map(np.arange, (len(edges), len(triangles)))))
+    apart = (edges[e][:, :, None] != triangles[t][:, None, :]).all(axis=(1, 2))
+    e, t = e[apart], t[apart]
+    start, way = points[edges[e, 0]], points[edges[e, 1]] - points[edges[e, 0]]
+    corner = points[triangles[t, 0]]
+    one, two = points[triangles[t, 1]] - corner, points[triangles[t, 2]] - corner
+    across = np.cross(way, two)
+    size = (one * across).sum(axis=1)
+    level = np.abs(size) <= 1e-9 * (np.linalg.norm(one, axis=1) * np.linalg.norm(across, axis=1))
+    size = np.where(level, 1.0, size)
+    off = start - corner
+    u = (off * across).sum(axis=1) / size
+    turned = np.cross(off, one)
+    v = (way * turned).sum(axis=1) / size
+    place = (two * turned).sum(axis=1) / size
+    near = 1e-6
+    return bool(
+        (
+            ~level
+            & (u > near)
+            & (v > near)
+            & (u + v < 1 - near)
+            & (place > near)
+            & (place < 1 - near)
+        ).any()
+    )
 
 
 def ask_plain(cut: Cut, db: Any, counts: Int32Array, order: str) -> int | None:
@@ -154,50 +218,94 @@ def share(ranks: list[int | None], k: int) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--only", type=Path)
+    parser.add_argument("--only", type=Path, help="a file of names")
+    parser.add_argument("--folds", type=Path, help="what scripts/train_holes.py --folds-to wrote")
     parser.add_argument("--db", type=Path)
     parser.add_argument("--models", type=Path)
+    parser.add_argument("--kind", choices=("everyday", "irregular"), default="irregular")
     parser.add_argument("--per-mesh", type=int, default=20)
     parser.add_argument("--seed", type=int, default=11)
-    parser.add_argument("--no-twins", action="store_true")
-    parser.add_argument("--listed", action="store_true")
+    parser.add_argument("--twins", action="store_true")
+    parser.add_argument("--orders", action="store_true", help="compare with other orders; slow")
     given = parser.parse_args()
-    models = None
-    if given.models is not None:
-        with given.models.open("rb") as file:
-            models = HoleModels.load(file)
-    names = None if given.only is None else set(given.only.read_text().split())
+    names = {path.name for path in given.folder.glob("*.obj")}
+    if given.only is not None:
+        names &= set(given.only.read_text().split())
+    parts: list[tuple[Path | None, Path | None, set[str]]] = [(given.db, given.models, names)]
+    if given.folds is not None:
+        parts = [
+            (
+                path.with_suffix(".db"),
+                path,
+                names & set(path.with_suffix(".txt").read_text().split()),
+            )
+            for path in sorted(given.folds.glob("fold*.npz"))
+        ]
     rows: list[tuple[Cut, dict[str, Any]]] = []
-    with patterndb.open(given.db) as db:
-        for path in sorted(given.folder.glob("*.obj")):
-            if names is not None and path.name not in names:
-                continue
-            for cut in cut_holes(path.name, read_topology(str(path)), given.per_mesh, given.seed):
-                most = TOP[-1] if given.listed else None
-                row = ask(cut, db, models, not given.no_twins, most)
-                rows.append((cut, row))
-                for fault in row["faults"]:
-                    loop = ",".join(map(str, cut.hole.loop.tolist()))
-                    print(f"{path.name}, the hole {loop}: {fault}", file=sys.stderr, flush=True)
-                if given.listed:
-                    continue
-                asked = np.clip(look_around(cut.hole).due, 1, 3)
-                row["today"] = ask_plain(cut, db, asked, "artist")
-                for order in ("artist", "regular", "fit"):
-                    row[f"given {order}"] = ask_plain(cut, db, cut.counts, order)
-            print(f"{path.name}: {len(rows)} holes", file=sys.stderr, flush=True)
-    if not given.listed:
+    for database, models, chosen in parts:
+        loaded = None
+        if models is not None:
+            with models.open("rb") as file:
+                loaded = HoleModels.load(file)
+        with patterndb.open(database) as db:
+            for name in sorted(chosen):
+                rows += ask_mesh(given, given.folder / name, db, loaded)
+                print(f"{name}: {len(rows)} holes", file=sys.stderr, flush=True)
+    print_recall(rows)
+    if given.orders:
         print_orders(rows)
     print_first(rows)
 
 
-def print_orders(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
+def ask_mesh(
+    given: argparse.Namespace, path: Path, db: Any, models: HoleModels | None
+) -> list[tuple[Cut, dict[str, Any]]]:
+    """Cut holes into a mesh, and ask about them."""
+    cut = cut_everyday if given.kind == "everyday" else cut_holes
+    rows: list[tuple[Cut, dict[str, Any]]] = []
+    for hole in cut(path.name, read_topology(str(path)), given.per_mesh, given.seed, tries=20):
+        row = ask(hole, db, models, given.twins, None if given.orders else TOP[-1])
+        rows.append((hole, row))
+        for fault in row["faults"]:
+            loop = ",".join(map(str, hole.hole.loop.tolist()))
+            print(f"{path.name}, the hole {loop}: {fault}", file=sys.stderr, flush=True)
+        if given.orders:
+            asked = np.clip(look_around(hole.hole).due, 1, 3)
+            row["today"] = ask_plain(hole, db, asked, "artist")
+            for order in ("artist", "regular", "fit"):
+                row[f"given {order}"] = ask_plain(hole, db, hole.counts, order)
+    return rows
+
+
+def print_recall(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
+    """Print hit@1, @5, @20 by kind, irregular vertices inside, quads, corners."""
     print("| | holes | hit@1 | @5 | @20 |\n|---|--:|--:|--:|--:|")
+    kinds = sorted({cut.kind for cut, _ in rows})
+    groups: list[tuple[str, Any]] = [
+        ("all", lambda c: True),
+        *((kind, lambda c, kind=kind: c.kind == kind) for kind in kinds if len(kinds) > 1),
+        *((f"{a} to {b} irregular inside" if a < b else f"{a} irregular inside",
+           lambda c, a=a, b=b: a <= c.inside <= b)
+          for a, b in ((0, 0), (1, 1), (2, 2), (3, 4), (5, 8), (9, 999))),
+        *((f"{a} to {b} edges", lambda c, a=a, b=b: a <= len(c.counts) <= b)
+          for a, b in ((4, 4), (6, 8), (10, 14), (16, 24), (26, 999))),
+        ("four quads at a loop vertex", lambda c: int(c.counts.max()) == 4),
+    ]  # fmt: skip
+    for title, test in groups:
+        ranks = [one["rank"] for cut, one in rows if test(cut)]
+        if ranks:
+            print(f"| {title} | {len(ranks)} | " + " | ".join(share(ranks, k) for k in TOP) + " |")
+
+
+def print_orders(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
+    """Print hit@1, @5, @20 of other orders, and why fills are missed."""
+    print("\n| order | holes | hit@1 | @5 | @20 |\n|---|--:|--:|--:|--:|")
     for title, name in (
         ("as listed", "rank"),
-        ("as listed, those with flipped quads last", "sound"),
         ("fewest irregular first", "regular"),
         ("most frequent first", "artist"),
         ("plain query, corners as the surroundings ask, order artist", "today"),
@@ -207,52 +315,44 @@ def print_orders(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
     ):
         ranks = [one[name] for _, one in rows]
         print(f"| {title} | {len(rows)} | " + " | ".join(share(ranks, k) for k in TOP) + " |")
-    groups: list[tuple[str, Any]] = [
-        *((f"N = {n}", lambda c, n=n: int((c.counts != 2).sum()) == n) for n in range(9)),
-        ("N > 8", lambda c: int((c.counts != 2).sum()) > 8),
-        *((f"{a}..{b} quads", lambda c, a=a, b=b: a <= len(c.quads) <= b)
-          for a, b in ((6, 8), (9, 12), (13, 20), (21, 40), (41, 120))),
-        *((f"{a}..{b} irregular" if a < b else f"{a} irregular",
-           lambda c, a=a, b=b: a <= c.irregular <= b)
-          for a, b in ((1, 1), (2, 2), (3, 4), (5, 8), (9, 99))),
-        ("four quads at a loop vertex", lambda c: int(c.counts.max()) == 4),
-    ]  # fmt: skip
-    for title, test in groups:
-        ranks = [one["rank"] for cut, one in rows if test(cut)]
-        print(f"| {title} | {len(ranks)} | " + " | ".join(share(ranks, k) for k in TOP) + " |")
     missed = [(c, r) for c, r in rows if r["rank"] is None or r["rank"] >= TOP[-1]]
     why = Counter(
         "ranked later"
         if r["rank"] is not None
         else "corners"
         if not r["corners"]
-        else "no such fill"
+        else "not a candidate"
         for _, r in missed
     )
     print(f"\nmissed among twenty: {dict(why)}")
 
 
 def print_first(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
+    """Print how first fills lie, faults, and milliseconds."""
     first = [r["first"] for _, r in rows if r["first"] is not None]
     distance = [measure_distance(r["first"], c) for c, r in rows if r["first"] is not None]
     poles = [r["first"].n_irregular - c.irregular for c, r in rows if r["first"] is not None]
     ms = np.array([(r["first_ms"], r["all_ms"]) for _, r in rows])
+    shapes = Counter(fault for f in first for fault, found in describe_shape(f).items() if found)
     print(
         f"\n{len(rows)} holes of {len({cut.mesh for cut, _ in rows})} meshes: "
         f"unanswered {len(rows) - len(first)}; twins {sum(r['twin'] for _, r in rows)}; "
         f"faults {sum(len(r['faults']) for _, r in rows)} "
-        f"in {sum(r['listed'] for _, r in rows)} fills; the artist's own first, among five and "
-        f"twenty {' '.join(share([r['rank'] for _, r in rows], k) for k in TOP)}"
+        f"in {sum(r['listed'] for _, r in rows)} fills"
     )
     print(
-        f"first fills: flipped quads in {sum(f.flipped > 0 for f in first)}; irregular vertices "
-        f"less the artist's {np.mean(poles):+.2f}; "
+        f"first fills: flipped quads in {shapes['flipped']}, where a listed fill has none in "
+        f"{sum(r['needless'] for _, r in rows)}; twisted quads in {shapes['twisted']}; quads "
+        f"pierced by an edge in {shapes['pierced']}; quads longer than {SLIVER:g} times their "
+        f"width in {shapes['slivers']}; irregular vertices less the artist's "
+        f"{np.mean(poles):+.2f}; "
         f"distance {np.mean(distance):.3f} edges in the mean, "
         f"{np.percentile(distance, 95):.3f} at 95 %"
     )
     print(
-        f"milliseconds: first {np.median(ms[:, 0]):.0f} (95 %: {np.percentile(ms[:, 0], 95):.0f}), "
-        f"twenty {np.median(ms[:, 1]):.0f} (95 %: {np.percentile(ms[:, 1], 95):.0f})"
+        "CPU milliseconds, median and 95 %: first "
+        f"{np.median(ms[:, 0]):.0f}, {np.percentile(ms[:, 0], 95):.0f}; "
+        f"twenty {np.median(ms[:, 1]):.0f}, {np.percentile(ms[:, 1], 95):.0f}"
     )
 
 

@@ -1,28 +1,41 @@
-"""Train the models that fill holes: quads at a loop's vertices, one by one and together, and the
-ranking of fills.
+"""Train the models that fill holes, from meshes, and write them to a file.
 
-    python scripts/train_holes.py MESHES --db ALL.db -o patterndb/data/holes.npz
-    python scripts/train_holes.py MESHES --db ALL.db --leave-out NAMES.txt -o left_out.npz
-    python scripts/train_holes.py MESHES --patterns-only left_out.npz -o patterndb/data/holes.npz
+    python scripts/train_holes.py MESHES -o patterndb/data/holes.npz
+    python scripts/train_holes.py MESHES -o holes.npz --folds-to FOLDER --report report.json
+    python scripts/train_holes.py MESHES -o small.npz --part 0.2
+    python scripts/train_holes.py MESHES -o left_out.npz --leave-out NAMES.txt
 
-Needs scikit-learn, which the package itself does not. ALL.db is a database of the meshes. They are
-dealt into folds, meshes of one family (INDEX.csv, shares_topology_with) into one; what is asked of
-the holes of a fold is asked of a corner model and a database that have seen none of its meshes.
-Meshes left out are seen by nothing, nor are those that INDEX.csv does not say to be free of all
-rights: what is learned of them may not be shipped. The corner model is the mean of those of all
-folds, and the patterns are of all meshes that are seen; with --patterns-only these alone are
-gathered, and the other models of that file are kept.
+Needs LightGBM (pip install lightgbm), which the package itself does not. The same meshes, options
+and versions of LightGBM and NumPy give the same file to the byte: everything is drawn by the seeds
+of :class:`Plan`, which the file keeps as its entry "training", and each model is fitted by one
+thread. ``--part`` multiplies all numbers of holes.
 
-The patterns of holes: what the holes that scripts/cut_holes.py cuts reduce to. The corner model:
-gradient boosting of decision trees on such holes, every second one mirrored. All else: conditional
-logits, fitted by L-BFGS; the last ranking, of placed fills, has trees on top, boosted by the same
-loss over lists: all candidates of a hole, and those that there are when its first fill is told.
+Meshes are dealt into folds, meshes of one family (INDEX.csv, shares_topology_with) into one. What
+is asked about the holes of a fold is asked of models and a database that have not seen its meshes.
+The database is the starter database without them. Only meshes that INDEX.csv gives as free of all
+rights are learned from; the others serve as tests, in whichever fold they are.
+
+1. Patterns of holes: what the holes that scripts/cut_holes.py cuts reduce to.
+2. Corner model: boosted trees that classify each loop vertex by its quads, every second hole
+   mirrored, one model a fold. The model that is shipped is their mean.
+3. Assignments: a conditional logit on the corners that are likeliest vertex by vertex.
+4. Lists: the candidates of holes, as the program makes them, with the artist's own fill among
+   them. They are rich in fills with irregular vertices inside; each counts by the number of holes
+   that it stands for.
+5. Ranking: two conditional logits, of the facts of a candidate and of all its numbers, and trees
+   on top of the second, boosted by Newton steps of the same likelihood. Early lists, those that
+   the first fill is chosen from, count as well as whole ones.
+
+Prints how often the artist's own fill is first, among five and among twenty, in folds.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import json
+import math
+import os
 import random
 import re
 import shutil
@@ -30,14 +43,15 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from build_starter import FREE
-from cut_holes import Cut, cut_holes, read_topology
+from cut_holes import Cut, cut_everyday, cut_holes, read_topology
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
@@ -46,16 +60,18 @@ from patterndb.core.code import canonical_code
 from patterndb.core.packing import pack
 from patterndb.core.reduction import reduce_disk
 from patterndb.errors import InvalidBoundaryError
+from patterndb.store.starter import PACKED_NAME, unpack_starter
 from query import Boundary, fills
 from query.boundary import CornerKind
 from query.holes.assignments import AssignmentModel, measure_assignments, rank_listed
 from query.holes.candidates import HoleSearch
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
-from query.holes.filling import ASKED_FIRST, PLACED, PLACED_FIRST
+from query.holes.filling import ASKED_FIRST
 from query.holes.patterns import HolePatterns
 from query.holes.ranking import (
-    HoleCandidate,
+    FACTS,
+    MEASURES,
     compare_numbers,
     list_facts,
     measure_plain_fill,
@@ -63,59 +79,145 @@ from query.holes.ranking import (
 )
 from query.holes.rim import HoleRim
 from query.holes.shape import place_fill
-from query.holes.surroundings import (
-    Surroundings,
-    look_around,
-)
+from query.holes.surroundings import look_around
+from query.holes.symmetry import ASYMMETRIC, find_mirrors
 from query.holes.trees import TreeModel
 from query.identity import hash_quads, weld_quads
 
-#: Holes cut from each mesh for the corners; of these, so many are asked of the database.
-PER_MESH, PER_MESH_ASKED = 150, 24
+#: Of every mesh lists stand for so many everyday holes, and so many irregular ones.
+EVERYDAY_STANDS, IRREGULAR_STANDS = 30, 12
 
-#: Holes cut from each mesh for their patterns, of so many tries each, drawn by this seed.
-PER_MESH_REDUCED, TRIES, SEED_REDUCED = 1_500, 4, 77
-
-#: Trees of each number of quads, and their leaves.
-ROUNDS, LEAVES = 150, 16
-
-FOLDS = 2
-
-#: Trees of the last ranking, their leaves, candidates of a leaf at least; the part of the columns
-#: that each split looks at, what a tree counts, and what a leaf's slope is damped by.
-RANKING_TREES, RANKING_LEAVES, LEAST_OF_LEAF = 150, 16, 30
-COLUMNS, RATE, DAMPING = 0.4, 0.1, 1.0
-
-#: Fills of a plain boundary that its ranking is trained on.
-PLAIN_FILLS = 60
+#: Candidates of a list that are placed, and how they are chosen, before there is a ranking: by what
+#: is added to the score for each.
+PLACED = 40
+PRELIMINARY = {"assignment": 0.5, "log_hole_share": 0.3, "inner_irregular": -0.4}
 
 #: Strength of the logits' ridge.
 RIDGE = 3.0
 
+#: Fills of a plain boundary that its ranking is trained on.
+PLAIN_FILLS = 40
+
 #: Mirrors of loops count by a number of their own (query.holes.symmetry), on top of the models.
 NO_MIRRORS = np.zeros(0, np.int32)
 
+#: A list's place among three kinds: everyday and regular inside, everyday and irregular, irregular.
+KINDS = ("regular", "everyday irregular", "irregular")
+
+FLIPPED = len(FACTS) + MEASURES.index("flipped")
+
 Arrays = dict[str, NDArray[Any]]
+Numbers = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is cut, how much of it, and by which seeds; numbers of holes are for one mesh.
+
+    corner_*: for the corner model. pattern_*: for the patterns. pool: everyday holes from which
+    those for lists are drawn: list_regular, without irregular vertices inside, and list_inside,
+    with some. list_irregular: of the other kind. plain: for boundaries in space.
+    """
+
+    folds: int = 3
+    fold_seed: int = 5
+    corner_everyday: int = 200
+    corner_irregular: int = 140
+    corner_seed: int = 101
+    corner_rounds: int = 160
+    corner_leaves: int = 24
+    corner_rate: float = 0.1
+    pattern_everyday: int = 400
+    pattern_irregular: int = 1_100
+    pattern_seed: int = 77
+    pool: int = 120
+    list_regular: int = 9
+    list_inside: int = 12
+    list_irregular: int = 6
+    list_seed: int = 301
+    plain: int = 4
+    plain_seed: int = 501
+    ranking_rounds: int = 400
+    ranking_leaves: int = 31
+    ranking_rate: float = 0.05
+    ranking_bags: int = 1
+
+    def scale(self, part: float) -> Plan:
+        """Return the plan with a part of the holes."""
+        counted = ("corner_everyday", "corner_irregular", "pattern_everyday", "pattern_irregular")
+        counted += ("pool", "list_regular", "list_inside", "list_irregular", "plain")
+        return replace(
+            self, **{name: max(1, round(part * getattr(self, name))) for name in counted}
+        )
 
 
 @dataclass(slots=True)
-class Example:
-    """A hole for training. features: (L, f). logs: (L, 4) of a model that has not seen it."""
+class CornerRows:
+    """Holes of a mesh for the corner model: (v, f) float32 features, (v,) quads, (v,) quads that
+    would be regular, (h + 1,) where each hole begins, (h,) whether it is an everyday one."""
 
-    cut: Cut
-    around: Surroundings
-    features: NDArray[np.float64]
-    logs: NDArray[np.float64] | None = None
+    features: NDArray[np.float32]
+    counts: NDArray[np.int32]
+    due: NDArray[np.int32]
+    start: NDArray[np.int64]
+    everyday: NDArray[np.bool_]
+
+
+@dataclass(slots=True)
+class CandidateList:
+    """The candidates of a hole.
+
+    facts: (c, FACTS) float32. chosen: (p,) those that are placed, of which numbers (p, f) are all
+    numbers and offset (p,) what is added to their scores. n_early: how many candidates precede the
+    first fill. own: the artist's; -1 where it is not among them. at: its place in chosen.
+    """
+
+    mesh: str
+    kind: int
+    inside: int
+    weight: float
+    facts: NDArray[np.float32]
+    offset: Numbers
+    chosen: NDArray[np.int64]
+    numbers: NDArray[np.float32]
+    n_early: int
+    own: int
+    at: int
+
+
+Choice = tuple[Numbers, int]
+T, R = TypeVar("T"), TypeVar("R")
+M = TypeVar("M", bound=TreeModel)
+
+
+@dataclass(slots=True)
+class _Shared:
+    """What the processes inherit: set before they are forked. corners, patterns and databases are
+    those of each fold; rows by mesh."""
+
+    plan: Plan = field(default_factory=Plan)
+    paths: dict[str, Path] = field(default_factory=dict[str, Path])
+    fold_of: dict[str, int] = field(default_factory=dict[str, int])
+    learned: frozenset[str] = frozenset()
+    rows: dict[str, CornerRows] = field(default_factory=dict[str, CornerRows])
+    corners: list[CornerModel] = field(default_factory=list[CornerModel])
+    assignments: AssignmentModel | None = None
+    patterns: list[HolePatterns] = field(default_factory=list[HolePatterns])
+    databases: list[Path] = field(default_factory=list[Path])
+    lists: list[CandidateList] = field(default_factory=list["CandidateList"])
+
+
+_shared = _Shared()
 
 
 def read_index(folder: Path) -> list[dict[str, str]]:
-    """The rows of a folder's INDEX.csv."""
+    """Return the rows of a folder's INDEX.csv."""
     with (folder / "INDEX.csv").open(newline="", encoding="utf-8") as file:
         return list(csv.DictReader(file))
 
 
 def list_families(folder: Path) -> list[list[Path]]:
-    """The meshes of a folder in families of shared topology, as its INDEX.csv tells."""
+    """Return the meshes of a folder in families of shared topology, according to its INDEX.csv."""
     paths = {path.name: path for path in sorted(folder.glob("*.obj"))}
     family = {name: name for name in paths}
 
@@ -145,105 +247,172 @@ def deal_folds(families: list[list[Path]], n: int, seed: int) -> list[list[Path]
     return folds
 
 
-def gather_examples(paths: list[Path], per_mesh: int, seed: int) -> list[Example]:
-    """Cut holes from meshes, and measure what is around them."""
-    found: list[Example] = []
-    for path in paths:
-        for cut in cut_holes(path.name, read_topology(str(path)), per_mesh, seed):
-            around = look_around(cut.hole)
-            found.append(Example(cut, around, measure_hole(cut.hole, around)))
-        print(f"{path.name}: {len(found)} holes so far", file=sys.stderr, flush=True)
+def report(text: str) -> None:
+    """Print progress, with the seconds since the start."""
+    print(f"{time.perf_counter() - BEGIN:6.0f} s  {text}", file=sys.stderr, flush=True)
+
+
+BEGIN = time.perf_counter()
+
+
+def run_parallel(work: Callable[[T], R], tasks: Sequence[T], processes: int) -> list[R]:
+    """Run tasks in forked processes; results in the order of the tasks."""
+    found: list[R] = []
+    with get_context("fork").Pool(processes, maxtasksperchild=None) as pool:
+        for number, result in enumerate(pool.imap(work, tasks), 1):
+            found.append(result)
+            if number % 10 == 0 or number == len(tasks):
+                report(f"{work.__name__}: {number} of {len(tasks)}")
     return found
 
 
-def fit_corners(examples: list[Example]) -> CornerModel:
-    """Fit the trees to holes, every second one mirrored, and turn them into arrays."""
-    from sklearn.ensemble import HistGradientBoostingClassifier
-
-    features = [
-        (mirror_hole(one.features) if at % 2 else one.features).astype(np.float32)
-        for at, one in enumerate(examples)
-    ]
-    counts = [one.cut.counts for one in examples]
-    model = HistGradientBoostingClassifier(
-        max_iter=ROUNDS,
-        learning_rate=0.1,
-        max_leaf_nodes=LEAVES,
-        min_samples_leaf=40,
-        l2_regularization=1.0,
-        early_stopping=False,
-        random_state=1,
+def measure_mesh(name: str) -> tuple[CornerRows, Counter[bytes], Counter[bytes]]:
+    """Cut a mesh's holes: rows for the corner model, and patterns of everyday and irregular
+    holes."""
+    plan = _shared.plan
+    topology = read_topology(str(_shared.paths[name]))
+    everyday = cut_everyday(name, topology, plan.corner_everyday, plan.corner_seed, tries=4)
+    irregular = cut_holes(name, topology, plan.corner_irregular, plan.corner_seed + 1, tries=10)
+    features, counts, due = [], [], []
+    for cut in (*everyday, *irregular):
+        around = look_around(cut.hole)
+        features.append(measure_hole(cut.hole, around).astype(np.float32))
+        counts.append(cut.counts)
+        due.append(around.due)
+    rows = CornerRows(
+        np.vstack(features),
+        np.concatenate(counts),
+        np.concatenate(due),
+        np.cumsum([0, *map(len, counts)]),
+        np.arange(len(counts)) < len(everyday),
     )
-    model.fit(np.vstack(features), np.concatenate(counts))
-    return export_trees(model)
+    seed = plan.pattern_seed
+    return (
+        rows,
+        reduce_cuts(cut_everyday(name, topology, plan.pattern_everyday, seed + 1, tries=4)),
+        reduce_cuts(cut_holes(name, topology, plan.pattern_irregular, seed, tries=4)),
+    )
 
 
-def reduce_holes(path: Path) -> Counter[bytes]:
-    """How many of a mesh's holes reduce to each pattern, by its code, packed."""
+def reduce_cuts(cuts: Iterable[Cut]) -> Counter[bytes]:
+    """Count the holes that reduce to each pattern, by its packed code."""
     found: Counter[bytes] = Counter()
-    topology = read_topology(str(path))
-    for cut in cut_holes(path.name, topology, PER_MESH_REDUCED, SEED_REDUCED, tries=TRIES):
+    for cut in cuts:
         n = len(cut.counts)
         twin, _ = weld_quads(cut.quads, n + len(cut.inner), n)
         found[pack(canonical_code(reduce_disk(twin))[0])] += 1
-    print(f"{path.name}: {len(found)} patterns of holes", file=sys.stderr, flush=True)
     return found
 
 
-def gather_patterns(families: list[list[Path]], by_mesh: Mapping[str, Counter[bytes]]) -> Arrays:
-    """The arrays of HolePatterns, most frequent first; families without holes do not count."""
+def gather_patterns(
+    families: Iterable[Sequence[str]], by_mesh: Mapping[str, tuple[Counter[bytes], Counter[bytes]]]
+) -> Arrays:
+    """Return the arrays of HolePatterns, most frequent first.
+
+    Everyday and irregular holes count alike, and so do families.
+    """
     share: Counter[bytes] = Counter()
     kinds: Counter[bytes] = Counter()
-    together = [sum((by_mesh[path.name] for path in one), Counter[bytes]()) for one in families]
-    together = [one for one in together if one]
-    for found in together:
-        total = found.total() * len(together)
-        for code, count in found.items():
-            share[code] += count / total  # pyright: ignore[reportArgumentType]
-            kinds[code] += 1
+    for family in families:
+        met: set[bytes] = set()
+        for which in (0, 1):
+            found = sum((by_mesh[name][which] for name in family), Counter[bytes]())
+            for code, count in found.items():
+                share[code] += count / found.total()  # pyright: ignore[reportArgumentType]
+            met |= set(found)
+        kinds.update(met)
     codes = sorted(share, key=lambda code: (-share[code], code))
+    total = math.fsum(share.values())
     return {
         "pattern_codes": np.frombuffer(b"".join(codes), np.uint8),
         "pattern_ends": np.cumsum([0, *map(len, codes)]).astype(np.int32),
         "pattern_meshes": np.array([kinds[code] for code in codes], np.int32),
-        "pattern_share": np.array([share[code] for code in codes], np.float32),
+        "pattern_share": np.array([share[code] / total for code in codes], np.float32),
     }
 
 
-def export_trees(model: Any) -> CornerModel:
-    """The arrays of a fitted model of scikit-learn, for the classes 1 to 4."""
-    assert list(model.classes_) == [1, 2, 3, 4], "holes with one to four quads at a vertex"
+def fit_corners(fold: int) -> CornerModel:
+    """Fit the corner model of a fold, on the meshes of all others."""
+    import lightgbm
+
+    plan = _shared.plan
+    features, counts, number = [], [], 0
+    for name in sorted(_shared.rows):
+        if _shared.fold_of[name] == fold or name not in _shared.learned:
+            continue
+        rows = _shared.rows[name]
+        for first, last in zip(rows.start[:-1], rows.start[1:], strict=True):
+            one = rows.features[first:last]
+            features.append(mirror_hole(one).astype(np.float32) if number % 2 else one)
+            number += 1
+        counts.append(rows.counts)
+    data = lightgbm.Dataset(
+        np.vstack(features), np.concatenate(counts) - 1, params={"max_bin": 127, "verbose": -1}
+    )
+    booster = lightgbm.train(
+        {
+            "objective": "multiclass",
+            "num_class": 4,
+            "learning_rate": plan.corner_rate,
+            "num_leaves": plan.corner_leaves,
+            "min_data_in_leaf": 30,
+            "lambda_l2": 1.0,
+            "feature_fraction": 0.25,
+            "bagging_fraction": 0.7,
+            "bagging_freq": 1,
+            **_lightgbm_options(1),
+        },
+        data,
+        num_boost_round=plan.corner_rounds,
+    )
+    return export_trees(booster, CornerModel, 4)
+
+
+def _lightgbm_options(seed: int) -> dict[str, Any]:
+    return {
+        "num_threads": 1,
+        "deterministic": True,
+        "force_row_wise": True,
+        "seed": seed,
+        "verbose": -1,
+    }
+
+
+def export_trees(booster: Any, kind: type[M], scores: int) -> M:
+    """Return the trees of a fitted LightGBM model as arrays."""
     starts, features, thresholds, children, values = [0], [], [], [], []
-    for round_ in model._predictors:
-        for tree in round_:
-            nodes = tree.nodes
-            order = _breadth_first(nodes)
-            place = {old: new for new, old in enumerate(order)}
-            for old in order:
-                node = nodes[old]
-                leaf = bool(node["is_leaf"])
-                features.append(-1 if leaf else int(node["feature_idx"]))
-                thresholds.append(0.0 if leaf else float(node["num_threshold"]))
-                children.append(0 if leaf else place[int(node["left"])])
-                values.append(float(node["value"]) if leaf else 0.0)
-                if not leaf:
-                    assert place[int(node["right"])] == place[int(node["left"])] + 1
-            starts.append(len(features))
-    return CornerModel(
+    for info in booster.dump_model()["tree_info"]:
+        order = [info["tree_structure"]]
+        for node in order:
+            if "split_index" in node:
+                order += [node["left_child"], node["right_child"]]
+        place = {id(node): i for i, node in enumerate(order)}
+        for node in order:
+            leaf = "split_index" not in node
+            features.append(-1 if leaf else node["split_feature"])
+            thresholds.append(0.0 if leaf else node["threshold"])
+            children.append(0 if leaf else place[id(node["left_child"])])
+            values.append(node["leaf_value"] if leaf else 0.0)
+        starts.append(len(features))
+    # Thresholds are kept as float32, rounded upwards: what was not above one is not above it yet.
+    exact = np.array(thresholds, np.float64)
+    near = exact.astype(np.float32)
+    near = np.where(near < exact, np.nextafter(near, np.float32(np.inf)), near)
+    return kind(
         np.array(starts, np.int32),
         np.array(features, np.int16),
-        np.nextafter(np.array(thresholds, np.float32), np.float32(np.inf)),
+        near.astype(np.float32),
         np.array(children, np.int16),
         np.array(values, np.float32),
-        model._baseline_prediction.ravel().astype(np.float64),
+        np.zeros(scores),
     )
 
 
-def join_models(models: list[CornerModel]) -> CornerModel:
-    """The mean of models, as one: the scores of all their trees, each a part."""
+def join_models(models: Sequence[M]) -> M:
+    """Return the mean of models as one: all their trees, each with a part of its value."""
     firsts = np.cumsum([0, *(len(one.feature) for one in models)])
     starts = [one.start[:-1] + first for one, first in zip(models, firsts, strict=False)]
-    return CornerModel(
+    return type(models[0])(
         np.concatenate([*starts, firsts[-1:]]).astype(np.int32),
         np.concatenate([one.feature for one in models]),
         np.concatenate([one.threshold for one in models]),
@@ -253,313 +422,405 @@ def join_models(models: list[CornerModel]) -> CornerModel:
     )
 
 
-def _breadth_first(nodes: Any) -> list[int]:
-    order = [0]
-    for old in order:
-        if not nodes[old]["is_leaf"]:
-            order += [int(nodes[old]["left"]), int(nodes[old]["right"])]
-    return order
+def fit_logit(choices: Sequence[Choice], offsets: Sequence[Numbers] | None = None) -> list[Numbers]:
+    """Fit mean, spread and weights of a conditional logit to (numbers (c, f), the chosen one).
 
-
-def fit_logit(lists: list[tuple[NDArray[Any], int]]) -> list[NDArray[np.float64]]:
-    """Fit mean, spread and weights of a conditional logit on (numbers (c, f), the chosen one)."""
-    stacked = np.vstack([numbers for numbers, _ in lists])
+    offsets: what is added to the scores of each list.
+    """
+    stacked = np.vstack([numbers for numbers, _ in choices]).astype(np.float64)
     mean, spread = stacked.mean(axis=0), stacked.std(axis=0)
     spread[spread < 1e-9] = 1.0
-    scaled = [((numbers - mean) / spread, own) for numbers, own in lists]
+    scaled = (stacked - mean) / spread
+    first, of_list, own = _index_lists(choices)
+    added = np.zeros(len(scaled)) if offsets is None else np.concatenate(offsets)
 
-    def loss(weights: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-        total, slope = RIDGE * float(weights @ weights) / 2, RIDGE * weights
-        for numbers, own in scaled:
-            scores = numbers @ weights
-            top = scores.max()
-            chance = np.exp(scores - top)
-            chance /= chance.sum()
-            total -= float(np.log(max(chance[own], 1e-300)))
-            slope = slope + numbers.T @ chance - numbers[own]
-        return total, slope
+    def loss(weights: Numbers) -> tuple[float, Numbers]:
+        scores = scaled @ weights + added
+        top = np.maximum.reduceat(scores, first)
+        chance = np.exp(scores - top[of_list])
+        total = np.add.reduceat(chance, first)
+        chance /= total[of_list]
+        value = RIDGE * float(weights @ weights) / 2 - (scores[own] - top - np.log(total)).sum()
+        return value, RIDGE * weights + scaled.T @ chance - scaled[own].sum(axis=0)
 
-    found = minimize(loss, np.zeros(stacked.shape[1]), jac=True, method="L-BFGS-B")
+    found = minimize(loss, np.zeros(scaled.shape[1]), jac=True, method="L-BFGS-B")
     return [mean, spread, found.x]
 
 
-def fit_assignments(examples: list[Example]) -> AssignmentModel:
-    """Fit what tells the artist's quads at all vertices from those likely one by one."""
-    lists: list[tuple[NDArray[Any], int]] = []
-    for one in examples:
-        assert one.logs is not None
-        listed = rank_listed(one.logs, NO_MIRRORS)
-        own = np.flatnonzero((listed == one.cut.counts).all(axis=1))
-        if len(own):
-            lists.append((measure_assignments(one.logs, one.around.due, listed), int(own[0])))
-    print(f"assignments: {len(lists)} of {len(examples)} holes", file=sys.stderr)
-    return AssignmentModel(*fit_logit(lists))
+def _index_lists(choices: Sequence[Choice]) -> tuple[Any, Any, Any]:
+    """Where each list begins, the list of each row, and the row of each list's chosen one."""
+    size = np.array([len(numbers) for numbers, _ in choices])
+    first = np.cumsum([0, *size])[:-1]
+    own = first + np.array([chosen for _, chosen in choices], np.int64)
+    return first, np.repeat(np.arange(len(size)), size), own
 
 
-@dataclass(slots=True)
-class Listed:
-    """The candidates of a hole among which the artist's own is.
-
-    facts: (c, FACTS). n_early: how many of them, the first ones, there are when the first fill is
-    told. own: the place of the artist's.
-    """
-
-    around: Surroundings
-    candidates: list[HoleCandidate]
-    facts: NDArray[np.float64]
-    n_early: int
-    own: int
-
-
-def ask_lists(
-    examples: list[Example], database: Any, model: AssignmentModel, patterns: HolePatterns
-) -> list[Listed]:
-    """Ask for the candidates of holes; those whose own fill is not among them are left out."""
-    lists: list[Listed] = []
-    begin = time.perf_counter()
-    for number, one in enumerate(examples, 1):
-        assert one.logs is not None
-        rim = HoleRim.of(one.cut.hole)
-        due = one.around.due
-        search = HoleSearch.begin(database, one.logs, due, model, patterns, rim, NO_MIRRORS)
-        candidates: list[HoleCandidate] = []
-        n_early = 0
-        for candidate in search.all():
-            candidates.append(candidate)
-            if not n_early and search.assignments > ASKED_FIRST:
-                n_early = len(candidates)
-        keys = [candidate.key for candidate in candidates]
-        if one.cut.key in keys:
-            facts = tame_numbers(list_facts(candidates, one.around))
-            own = keys.index(one.cut.key)
-            lists.append(Listed(one.around, candidates, facts, n_early or len(candidates), own))
-        if number % 40 == 0 or number == len(examples):
-            seconds = time.perf_counter() - begin
-            known = len(lists) / number
-            print(f"{number} holes, {seconds:.0f} s, recall {known:.3f}", file=sys.stderr)
-    return lists
-
-
-def ask_plainly(examples: list[Example], database: Any) -> list[tuple[NDArray[Any], int]]:
-    """For every hole that a plain query knows: numbers of its fills with the artist's corners, as
-    if no mesh were around, and the artist's own place among them."""
-    lists: list[tuple[NDArray[Any], int]] = []
-    for one in examples:
-        counts, n = one.cut.counts, len(one.cut.counts)
-        corners = np.flatnonzero(counts != 2)
-        if counts.max() > 3 or not len(corners):
+def fit_assignments(per_mesh: int = 24) -> AssignmentModel:
+    """Fit what distinguishes the artist's corners from those that are likely one by one."""
+    choices: list[Choice] = []
+    asked = 0
+    for name in sorted(_shared.rows):
+        if name not in _shared.learned:
             continue
-        start = int(corners[0])
-        points = np.roll(one.cut.hole.points, -start, axis=0)
-        kinds: list[CornerKind] = ["convex" if counts[c] == 1 else "reflex" for c in corners]
-        try:
-            boundary = Boundary(np.diff(np.r_[corners, start + n]).tolist(), kinds, points=points)
-        except InvalidBoundaryError:
-            continue  # two vertices of the mesh lie in one place
-        own, rows = None, []
-        for place, fill in enumerate(fills(database, boundary, order="artist", limit=PLAIN_FILLS)):
-            quads = np.where(fill.quads < n, (fill.quads + start) % n, fill.quads).astype(np.int32)
-            twin, fault = weld_quads(quads, fill.n_vertices, n)
-            if not fault and hash_quads(quads, twin, False) == one.cut.key:
-                own = place
-            rows.append(measure_plain_fill(fill, points))
-        if own is not None:
-            lists.append((tame_numbers(np.array(rows)), own))
-    print(f"plain boundaries: {len(lists)} of {len(examples)} holes", file=sys.stderr)
-    return lists
+        rows, model = _shared.rows[name], _shared.corners[_shared.fold_of[name]]
+        for everyday in (True, False):
+            for hole in np.flatnonzero(rows.everyday == everyday)[:per_mesh].tolist():
+                span = slice(int(rows.start[hole]), int(rows.start[hole + 1]))
+                logs = model.log_probabilities(rows.features[span].astype(np.float64))
+                listed = rank_listed(logs, NO_MIRRORS)
+                own = np.flatnonzero((listed == rows.counts[span]).all(axis=1))
+                asked += 1
+                if len(own):
+                    traits = measure_assignments(logs, rows.due[span], listed)
+                    choices.append((traits, int(own[0])))
+    report(f"assignments: {len(choices)} of {asked} holes")
+    return AssignmentModel(*fit_logit(choices))
 
 
-def fit_ranking(known: list[Listed]) -> Arrays:
-    """Fit both stages: by facts alone, then by all numbers of those that the first puts first."""
-    facts_model = fit_logit([(one.facts, one.own) for one in known])
-    mean, spread, weights = facts_model
-    whole: list[tuple[NDArray[Any], int]] = []
-    early: list[tuple[NDArray[Any], int]] = []
-    for one in known:
-        order = np.argsort(-((one.facts - mean) / spread) @ weights, kind="stable")
-        for chosen, lists in (
-            (order[:PLACED], whole),
-            (order[order < one.n_early][:PLACED_FIRST], early),
+def judge_corners() -> dict[str, list[float]]:
+    """Return the loss at a vertex, and the part of holes with all corners right, in folds."""
+    found: dict[str, list[float]] = {}
+    for title, everyday in (("everyday", True), ("irregular", False)):
+        loss, right, vertices, holes = 0.0, 0, 0, 0
+        for name, rows in _shared.rows.items():
+            model = _shared.corners[_shared.fold_of[name]]
+            for hole in np.flatnonzero(rows.everyday == everyday)[:40].tolist():
+                span = slice(int(rows.start[hole]), int(rows.start[hole + 1]))
+                logs = model.log_probabilities(rows.features[span].astype(np.float64))
+                counts = rows.counts[span]
+                loss -= float(logs[np.arange(len(logs)), counts - 1].sum())
+                right += bool((logs.argmax(axis=1) + 1 == counts).all())
+                vertices, holes = vertices + len(counts), holes + 1
+        found[title] = [round(loss / vertices, 4), round(right / holes, 4)]
+    return found
+
+
+def list_mesh(name: str) -> tuple[list[CandidateList], list[Choice]]:
+    """List the candidates of a mesh's holes, and the fills of boundaries in space."""
+    plan, fold = _shared.plan, _shared.fold_of[name]
+    topology = read_topology(str(_shared.paths[name]))
+    draw = random.Random(f"{plan.list_seed}{name}")
+    everyday = cut_everyday(name, topology, plan.pool, plan.list_seed, tries=8)
+    irregular = cut_holes(name, topology, plan.list_irregular, plan.list_seed + 1, tries=20)
+    regular = [cut for cut in everyday if not cut.inside]
+    inside = [cut for cut in everyday if cut.inside]
+    draw.shuffle(regular)
+    draw.shuffle(inside)
+    found: list[CandidateList] = []
+    plain: list[Choice] = []
+    with patterndb.open(_shared.databases[fold]) as database:
+        for kind, (cuts, of, stands) in enumerate(
+            (
+                (regular[: plan.list_regular], len(regular), EVERYDAY_STANDS / len(everyday)),
+                (inside[: plan.list_inside], len(inside), EVERYDAY_STANDS / len(everyday)),
+                (irregular, len(irregular), IRREGULAR_STANDS / max(len(irregular), 1)),
+            )
         ):
-            if one.own in chosen:
-                numbers = measure_placed(one, chosen)
-                lists.append((numbers, int(np.flatnonzero(chosen == one.own)[0])))
-    print(f"ranking: {len(known)} and {len(whole)} holes in its two stages", file=sys.stderr)
-    linear = fit_logit(whole)
-    trees = fit_trees([*whole, *early], linear)
-    return (
-        name_logit("facts", facts_model)
-        | name_logit("whole", linear)
-        | trees.to_arrays("whole_tree_")
+            for cut in cuts:
+                found.append(list_candidates(cut, kind, stands * of / len(cuts), database))
+        if name in _shared.learned:
+            for cut in cut_holes(name, topology, plan.plain, plan.plain_seed, tries=20):
+                plain += list_plain_fills(cut, database)
+    return found, plain
+
+
+def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> CandidateList:
+    """List the candidates of a hole as the program does, by models that have not seen its mesh."""
+    assert _shared.assignments is not None
+    fold = _shared.fold_of[cut.mesh]
+    around = look_around(cut.hole)
+    n = len(cut.hole)
+    search = HoleSearch.begin(
+        database,
+        _shared.corners[fold].log_probabilities(measure_hole(cut.hole, around)),
+        around.due,
+        _shared.assignments,
+        _shared.patterns[fold],
+        HoleRim.of(cut.hole),
+        find_mirrors(around.points[:n], around.due),
     )
-
-
-def measure_placed(one: Listed, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
-    """All numbers of some candidates."""
+    candidates, n_early = [], 0
+    for candidate in search.all():
+        candidates.append(candidate)
+        if not n_early and search.assignments > ASKED_FIRST:
+            n_early = len(candidates)
+    facts = tame_numbers(list_facts(candidates, around))
+    keys = [candidate.key for candidate in candidates]
+    own = keys.index(cut.key) if cut.key in keys else -1
+    offset = -ASYMMETRIC * np.array([candidate.asymmetric for candidate in candidates], np.float64)
+    score = offset + sum(facts[:, FACTS.index(name)] * by for name, by in PRELIMINARY.items())
+    chosen = np.argsort(-score, kind="stable")[:PLACED]
+    if own >= 0 and own not in chosen:
+        chosen = np.append(chosen, own)
     placed = [
-        place_fill(one.around, one.candidates[i].quads, one.candidates[i].n_vertices)
+        place_fill(around, candidates[i].quads, candidates[i].n_vertices).measures
         for i in chosen.tolist()
     ]
-    return tame_numbers(
-        np.hstack([one.facts[chosen], np.array([lies.measures for lies in placed])])
+    numbers = tame_numbers(np.hstack([facts[chosen], np.array(placed)]))
+    return CandidateList(
+        cut.mesh,
+        kind,
+        cut.inside,
+        weight,
+        facts.astype(np.float32),
+        offset,
+        chosen,
+        numbers.astype(np.float32),
+        n_early or len(candidates),
+        own,
+        int(np.flatnonzero(chosen == own)[0]) if own >= 0 else -1,
     )
+
+
+def list_plain_fills(cut: Cut, database: Any) -> list[Choice]:
+    """List the fills of a hole's boundary with the artist's corners as if no mesh were around; no
+    list where the artist's own is not among them."""
+    counts, n = cut.counts, len(cut.counts)
+    corners = np.flatnonzero(counts != 2)
+    if counts.max() > 3 or not len(corners):
+        return []
+    start = int(corners[0])
+    points = np.roll(cut.hole.points, -start, axis=0)
+    kinds: list[CornerKind] = ["convex" if counts[c] == 1 else "reflex" for c in corners]
+    try:
+        boundary = Boundary(np.diff(np.r_[corners, start + n]).tolist(), kinds, points=points)
+    except InvalidBoundaryError:
+        return []  # two vertices of the mesh lie in one place
+    own, rows = None, []
+    for place, fill in enumerate(fills(database, boundary, order="artist", limit=PLAIN_FILLS)):
+        quads = np.where(fill.quads < n, (fill.quads + start) % n, fill.quads).astype(np.int32)
+        twin, fault = weld_quads(quads, fill.n_vertices, n)
+        if not fault and hash_quads(quads, twin, False) == cut.key:
+            own = place
+        rows.append(measure_plain_fill(fill, points))
+    return [] if own is None else [(tame_numbers(np.array(rows)), own)]
+
+
+def fit_ranking(fold: int) -> Arrays:
+    """Fit the ranking to the lists of all folds but one, -1 for none."""
+    known = [
+        one
+        for one in _shared.lists
+        if one.own >= 0 and one.mesh in _shared.learned and _shared.fold_of[one.mesh] != fold
+    ]
+    facts = fit_logit([(one.facts, one.own) for one in known], [one.offset for one in known])
+    choices: list[Choice] = []
+    offsets: list[Numbers] = []
+    weights: list[float] = []
+    for one in known:
+        early = np.flatnonzero(one.chosen < one.n_early)
+        numbers, added = one.numbers.astype(np.float64), one.offset[one.chosen]
+        choices.append((numbers, one.at))
+        offsets.append(added)
+        weights.append(one.weight)
+        if 1 < len(early) < len(numbers) and one.at in early:
+            choices.append((numbers[early], int(np.flatnonzero(early == one.at)[0])))
+            offsets.append(added[early])
+            weights.append(one.weight)
+    linear = fit_logit(choices, offsets)
+    trees = fit_trees(choices, offsets, np.array(weights), linear)
+    return name_logit("facts", facts) | name_logit("whole", linear) | trees.to_arrays("whole_tree_")
 
 
 def fit_trees(
-    lists: list[tuple[NDArray[Any], int]], linear: list[NDArray[np.float64]]
+    choices: Sequence[Choice],
+    offsets: Sequence[Numbers],
+    weights: Numbers,
+    linear: list[Numbers],
 ) -> TreeModel:
-    """Boost trees on top of a logit: each a Newton step of its loss over all lists."""
-    from sklearn.tree import DecisionTreeRegressor
+    """Boost trees on top of a logit, several times by different seeds, and join them."""
+    import lightgbm
 
-    mean, spread, weights = linear
-    size = np.array([len(numbers) for numbers, _ in lists])
-    first = np.cumsum([0, *size])[:-1]
-    of_list = np.repeat(np.arange(len(lists)), size)
-    chosen = np.zeros(len(of_list))
-    chosen[first + np.array([own for _, own in lists], np.int64)] = 1.0
-    rows = np.vstack([compare_numbers(numbers) for numbers, _ in lists]).astype(np.float32)
-    scores = ((np.vstack([numbers for numbers, _ in lists]) - mean) / spread) @ weights
-    made: list[tuple[Any, NDArray[np.float64]]] = []
-    for number in range(RANKING_TREES):
+    plan = _shared.plan
+    mean, spread, slopes = linear
+    first, of_list, own = _index_lists(choices)
+    rows = np.vstack([compare_numbers(numbers) for numbers, _ in choices]).astype(np.float32)
+    begin = ((np.vstack([numbers for numbers, _ in choices]) - mean) / spread) @ slopes
+    begin += np.concatenate(offsets)
+    counts = (weights * len(weights) / weights.sum())[of_list]
+    chosen = np.zeros(len(rows))
+    chosen[own] = 1.0
+
+    def step(scores: Numbers, _: Any) -> tuple[Numbers, Numbers]:
         chance = np.exp(scores - np.maximum.reduceat(scores, first)[of_list])
         chance /= np.add.reduceat(chance, first)[of_list]
-        slope, bend = chance - chosen, np.maximum(chance * (1.0 - chance), 1e-6)
-        tree = DecisionTreeRegressor(
-            max_leaf_nodes=RANKING_LEAVES,
-            min_samples_leaf=LEAST_OF_LEAF,
-            max_features=COLUMNS,
-            random_state=number,
-        ).fit(rows, -slope / bend, sample_weight=bend)
-        leaf, nodes = tree.apply(rows), tree.tree_.node_count
-        total = np.bincount(leaf, slope, nodes), np.bincount(leaf, bend, nodes)
-        steps = -RATE * total[0] / (total[1] + DAMPING)
-        scores += steps[leaf]
-        made.append((tree.tree_, steps))
-    return join_trees(made)
+        return (chance - chosen) * counts, np.maximum(chance * (1 - chance), 1e-6) * counts
+
+    made: list[TreeModel] = []
+    for bag in range(plan.ranking_bags):
+        data = lightgbm.Dataset(
+            rows, chosen, init_score=begin, params={"max_bin": 127, "verbose": -1}
+        )
+        booster = lightgbm.train(
+            {
+                "objective": step,
+                "learning_rate": plan.ranking_rate,
+                "num_leaves": plan.ranking_leaves,
+                "min_data_in_leaf": 20,
+                "min_sum_hessian_in_leaf": 1e-3,
+                "lambda_l2": 1.0,
+                "feature_fraction": 0.3,
+                **_lightgbm_options(bag + 1),
+            },
+            data,
+            num_boost_round=plan.ranking_rounds,
+        )
+        made.append(export_trees(booster, TreeModel, 1))
+    return join_models(made)
 
 
-def join_trees(made: list[tuple[Any, NDArray[np.float64]]]) -> TreeModel:
-    """Trees of scikit-learn, each with what its leaves add, as arrays."""
-    starts, features, thresholds, children, values = [0], [], [], [], []
-    for tree, steps in made:
-        order = [0]
-        for old in order:
-            if tree.children_left[old] >= 0:
-                order += [int(tree.children_left[old]), int(tree.children_right[old])]
-        place = {old: new for new, old in enumerate(order)}
-        for old in order:
-            leaf = tree.children_left[old] < 0
-            features.append(-1 if leaf else int(tree.feature[old]))
-            thresholds.append(0.0 if leaf else float(tree.threshold[old]))
-            children.append(0 if leaf else place[int(tree.children_left[old])])
-            values.append(float(steps[old]) if leaf else 0.0)
-        starts.append(len(features))
-    return TreeModel(
-        np.array(starts, np.int32),
-        np.array(features, np.int16),
-        np.array(thresholds, np.float32),
-        np.array(children, np.int16),
-        np.array(values, np.float32),
-        np.zeros(1),
-    )
-
-
-def name_logit(name: str, parts: list[NDArray[np.float64]]) -> Arrays:
-    """The arrays of a logit, as HoleModels reads them."""
+def name_logit(name: str, parts: list[Numbers]) -> Arrays:
+    """Return the arrays of a logit, as HoleModels reads them."""
     names = (f"{name}_{part}" for part in ("mean", "spread", "weights"))
     return dict(zip(names, parts, strict=True))
 
 
-def thin_out(examples: list[Example], per_mesh: int) -> list[Example]:
-    """The first ``per_mesh`` holes of each mesh."""
-    count: dict[str, int] = {}
-    kept: list[Example] = []
-    for one in examples:
-        count[one.cut.mesh] = count.get(one.cut.mesh, 0) + 1
-        if count[one.cut.mesh] <= per_mesh:
-            kept.append(one)
-    return kept
+def judge_lists(by_fold: Sequence[Arrays]) -> dict[str, list[float]]:
+    """Return hit@1, @5, @20 in folds, of whole lists, by kind and irregular vertices inside; the
+    first fill has flipped quads only where all have."""
+    ranks: list[tuple[CandidateList, float, bool]] = []
+    models = [
+        (*_read_logit(one, "whole"), TreeModel.from_arrays(one, "whole_tree_")) for one in by_fold
+    ]
+    for one in _shared.lists:
+        mean, spread, weights, trees = models[_shared.fold_of[one.mesh]]
+        numbers = one.numbers.astype(np.float64)
+        scores = ((numbers - mean) / spread) @ weights + one.offset[one.chosen]
+        scores += trees.score(compare_numbers(numbers))[:, 0]
+        flipped = numbers[:, FLIPPED] > 0
+        order = np.argsort(-scores, kind="stable")
+        first = order[np.argsort(flipped[order], kind="stable")[0]]
+        order = np.r_[first, order[order != first]]
+        rank = float(np.flatnonzero(order == one.at)[0]) if one.at >= 0 else math.inf
+        ranks.append((one, rank, bool(flipped[first])))
+    found: dict[str, list[float]] = {}
+
+    def add(title: str, test: Callable[[CandidateList], bool]) -> None:
+        chosen = [(one.weight, rank, turned) for one, rank, turned in ranks if test(one)]
+        total = sum(weight for weight, _, _ in chosen)
+        if chosen:
+            found[title] = [
+                len(chosen),
+                *(round(sum(w for w, r, _ in chosen if r < k) / total, 4) for k in (1, 5, 20, 1e9)),
+                round(sum(w for w, _, turned in chosen if turned) / total, 4),
+            ]
+
+    add("everyday", lambda one: one.kind < 2)
+    add("irregular", lambda one: one.kind == 2)
+    for kind, title in enumerate(KINDS):
+        add(title, lambda one, kind=kind: one.kind == kind)
+    for low, high in ((0, 0), (1, 1), (2, 2), (3, 4), (5, 8), (9, 999)):
+        for title, kinds in (("everyday", (0, 1)), ("irregular", (2,))):
+            add(
+                f"{title}, {low} to {high} inside" if low < high else f"{title}, {low} inside",
+                lambda one, low=low, high=high, kinds=kinds: (
+                    low <= one.inside <= high and one.kind in kinds
+                ),
+            )
+    return found
 
 
-def train_all(
-    given: argparse.Namespace,
-    families: list[list[Path]],
-    left_out: set[str],
-    by_mesh: Mapping[str, Counter[bytes]],
-) -> Arrays:
-    """Train everything but the patterns, fold by fold."""
-    folds = deal_folds(families, given.folds, given.seed)
-    by_fold = [gather_examples(fold, given.per_mesh, given.seed) for fold in folds]
-    models: list[CornerModel] = []
-    for i, held in enumerate(by_fold):
-        others = [one for j, fold in enumerate(by_fold) if j != i for one in fold]
-        model = fit_corners(others)
-        models.append(model)
-        loss, right = 0.0, 0
-        for one in held:
-            one.logs = model.log_probabilities(one.features)
-            loss -= float(one.logs[np.arange(len(one.logs)), one.cut.counts - 1].mean())
-            right += bool((one.logs.argmax(axis=1) + 1 == one.cut.counts).all())
-        print(
-            f"fold {i + 1}: {len(others)} holes for training, {len(held)} held back: loss "
-            f"{loss / len(held):.4f}, all right {right / len(held):.3f}",
-            file=sys.stderr,
-        )
-    together = fit_assignments([one for fold in by_fold for one in fold])
-    lists: list[Listed] = []
-    plain: list[tuple[NDArray[Any], int]] = []
-    with tempfile.TemporaryDirectory(dir=given.output.parent) as work:
-        for fold, examples in zip(folds, by_fold, strict=True):
-            path = Path(work) / "without.db"
-            path.unlink(missing_ok=True)
-            shutil.copyfile(given.db, path)
-            unseen = left_out | {mesh.name for mesh in fold}
-            with patterndb.open(path, "write") as database:
-                database.remove([m.name for m in database.meshes() if m.name in unseen])
-            with patterndb.open(path) as database:
-                asked = thin_out(examples, given.per_mesh_asked)
-                others = [family for family in families if family[0] not in fold]
-                patterns = HolePatterns.from_arrays(gather_patterns(others, by_mesh))
-                lists += ask_lists(asked, database, together, patterns)
-                plain += ask_plainly(asked, database)
-    arrays = name_logit("assignments", [together.mean, together.spread, together.weights])
-    arrays |= join_models(models).to_arrays()
-    return arrays | fit_ranking(lists) | name_logit("plain", fit_logit(plain))
+def _read_logit(arrays: Arrays, name: str) -> list[Numbers]:
+    return [arrays[f"{name}_{part}"] for part in ("mean", "spread", "weights")]
+
+
+def make_databases(folder: Path, folds: Sequence[Sequence[Path]]) -> list[Path]:
+    """Copy the starter database for each fold, without the meshes of the fold."""
+    packed = Path(patterndb.__file__).parent / "data" / PACKED_NAME
+    starter = unpack_starter(packed.read_bytes())
+    made: list[Path] = []
+    for number, fold in enumerate(folds):
+        path = folder / f"fold{number}.db"
+        path.unlink(missing_ok=True)
+        shutil.copyfile(starter, path)
+        path.chmod(0o644)
+        names = {one.name for one in fold}
+        with patterndb.open(path, "write") as database:
+            database.remove([mesh.name for mesh in database.meshes() if mesh.name in names])
+        made.append(path)
+    return made
 
 
 def main() -> None:
+    # Sums by several threads of linear algebra differ in their last bits.
+    one_thread = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+    if any(os.environ.get(name) != "1" for name in one_thread):
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | one_thread)
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("folder", type=Path)
-    parser.add_argument("--db", type=Path, help="a database of all the meshes")
-    parser.add_argument("--leave-out", type=Path, help="a file of names: further meshes not to see")
-    parser.add_argument("--patterns-only", type=Path, metavar="FILE")
-    parser.add_argument("--per-mesh", type=int, default=PER_MESH)
-    parser.add_argument("--per-mesh-asked", type=int, default=PER_MESH_ASKED)
-    parser.add_argument("--folds", type=int, default=FOLDS)
-    parser.add_argument("--seed", type=int, default=5)
+    parser.add_argument("folder", type=Path, help="meshes, with INDEX.csv")
     parser.add_argument("-o", "--output", type=Path, required=True)
+    parser.add_argument("--part", type=float, default=1.0, help="of all holes")
+    parser.add_argument("--leave-out", type=Path, help="a file of names: meshes not to learn from")
+    parser.add_argument("--folds-to", type=Path, help="write each fold's models and database here")
+    parser.add_argument("--report", type=Path, help="write the figures as JSON here")
+    parser.add_argument("--processes", type=int, default=2)
     given = parser.parse_args()
-    if (given.db is None) == (given.patterns_only is None):
-        parser.error("give --db to train all models, or --patterns-only to keep those of a file")
+    import lightgbm
+
+    plan = Plan().scale(given.part) if given.part != 1.0 else Plan()
+    families = list_families(given.folder)
+    folds = deal_folds(families, plan.folds, plan.fold_seed)
+    paths = {path.name: path for family in families for path in family}
     left_out = set(given.leave_out.read_text().split()) if given.leave_out else set[str]()
-    left_out |= {row["file"] for row in read_index(given.folder) if row["licence"] not in FREE}
-    families = [
-        kept
-        for family in list_families(given.folder)
-        if (kept := [path for path in family if path.name not in left_out])
+    free = {row["file"] for row in read_index(given.folder) if row["licence"] in FREE}
+    learned = frozenset((free & set(paths)) - left_out)
+    fold_of = {path.name: number for number, fold in enumerate(folds) for path in fold}
+    _shared.plan, _shared.paths, _shared.fold_of, _shared.learned = plan, paths, fold_of, learned
+    names = sorted(paths)
+    # The largest first, so that no process waits long for another.
+    tasks = sorted(names, key=lambda name: (-paths[name].stat().st_size, name))
+    measured = dict(zip(tasks, run_parallel(measure_mesh, tasks, given.processes), strict=True))
+    by_mesh = {name: (everyday, irregular) for name, (_, everyday, irregular) in measured.items()}
+    _shared.rows = {name: measured[name][0] for name in names}
+    _shared.corners = run_parallel(fit_corners, range(plan.folds), given.processes)
+    corners = judge_corners()
+    report(f"corners, loss and all right: {corners}")
+    _shared.assignments = fit_assignments()
+    seen = [[path.name for path in one if path.name in learned] for one in families]
+    by_fold = [
+        gather_patterns([one for one in seen if one and fold_of[one[0]] != fold], by_mesh)
+        for fold in range(plan.folds)
     ]
-    paths = [path for family in families for path in family]
-    by_mesh = {path.name: reduce_holes(path) for path in paths}
-    if given.patterns_only is None:
-        arrays = train_all(given, families, left_out, by_mesh)
-    else:
-        with np.load(given.patterns_only, allow_pickle=False) as old:
-            arrays = {name: old[name] for name in old.files}
-    arrays |= gather_patterns(families, by_mesh)
+    _shared.patterns = [HolePatterns.from_arrays(arrays) for arrays in by_fold]
+    _shared.rows.clear()
+    del measured
+    with tempfile.TemporaryDirectory() as work:
+        folder = given.folds_to or Path(work)
+        folder.mkdir(parents=True, exist_ok=True)
+        _shared.databases = make_databases(folder, folds)
+        listed = dict(zip(tasks, run_parallel(list_mesh, tasks, given.processes), strict=True))
+    _shared.lists = [one for name in names for one in listed[name][0]]
+    plain = [choice for name in names for choice in listed[name][1]]
+    report(f"{len(_shared.lists)} lists, {len(plain)} of plain boundaries")
+    *rankings, ranking = run_parallel(fit_ranking, [*range(plan.folds), -1], given.processes)
+    together = _shared.assignments
+    shared = name_logit("assignments", [together.mean, together.spread, together.weights])
+    shared |= name_logit("plain", fit_logit(plain))
+    made = {
+        "plan": asdict(plan),
+        "lightgbm": lightgbm.__version__,
+        "numpy": np.__version__,
+        "meshes": sorted(learned),
+    }
+    shared["training"] = np.frombuffer(json.dumps(made).encode(), np.uint8)
+    judged = judge_lists(rankings)
+    for title, values in judged.items():
+        print(f"| {title} | " + " | ".join(f"{value:g}" for value in values) + " |")
+    if given.folds_to:
+        for fold, one in enumerate(rankings):
+            arrays = shared | _shared.corners[fold].to_arrays() | by_fold[fold] | one
+            np.savez_compressed(given.folds_to / f"fold{fold}.npz", **arrays)
+            (given.folds_to / f"fold{fold}.txt").write_text(
+                "".join(f"{name}\n" for name in names if fold_of[name] == fold)
+            )
+    if given.report:
+        given.report.write_text(json.dumps(made | {"corners": corners, "lists": judged}, indent=1))
+    arrays = shared | join_models(_shared.corners).to_arrays() | ranking
+    arrays |= gather_patterns([one for one in seen if one], by_mesh)
     np.savez_compressed(given.output, **arrays)
-    print(f"{given.output}: {given.output.stat().st_size:,} bytes")
+    report(f"{given.output}: {given.output.stat().st_size:,} bytes")
 
 
 if __name__ == "__main__":

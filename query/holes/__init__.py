@@ -3,7 +3,8 @@
 Read :mod:`loops` (where a mesh is open), :mod:`coincidence` and :mod:`flaws` (what else is wrong
 with it), :mod:`surroundings` (what is known around a loop),
 :mod:`context` (farther out, and across), :mod:`corners` (how many quads each loop vertex will get),
-:mod:`patterns` (what holes reduce to, laid into the loop), :mod:`candidates` (those, and fills of
+:mod:`regular` (fills without irregular vertices inside), :mod:`patterns` (what holes reduce to,
+laid into the loop), :mod:`candidates` (those, and fills of
 the likely assignments), :mod:`shape` (placing and measuring one), :mod:`twin` (the mirror image of
 a hole), :mod:`caps` (is what belongs there flat?), :mod:`laying` (in a plane, on a surface, along
 strokes), :mod:`odd` (ways out where no quads fit), and :mod:`filling` (all of it, in order).

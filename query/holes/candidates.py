@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.core.pattern import Pattern
+from patterndb.core.reduction import reduce_disk
 from patterndb.geometry.points import Floats
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
 from query.engine import PatternSource, fills
@@ -16,8 +18,14 @@ from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
-from query.holes.patterns import SHARE, HolePatterns
-from query.holes.ranking import HoleCandidate
+from query.holes.patterns import KEPT, SHARE, HolePatterns, Lie
+from query.holes.ranking import NONE_CLOSED, HoleCandidate
+from query.holes.regular import (
+    MOST_EDGES,
+    build_regular_fill,
+    list_closed_walks,
+    list_rectangles,
+)
 from query.holes.rim import HoleRim
 from query.holes.symmetry import is_mirrored
 from query.identity import hash_quads, weld_quads
@@ -28,12 +36,17 @@ from query.listing.table import get_strict_table
 from query.solving.batch import pose_question
 from query.stroke import Stroke
 
+#: Fills without irregular vertices inside: how many are listed of the most probable closed walks,
+#: of which how many are looked at, after how many steps of the search; and rectangles.
+REGULAR, CLOSED_WALKS, CLOSED_STEPS, RECTANGLES = 12, 30, 3_000, 6
+
 #: Assignments that are asked for, likeliest first, and the fills taken of each.
 ASSIGNMENTS = 30
 PER_ASSIGNMENT = 8
 
-#: Ways that patterns of holes may lie in the loop that are made.
-REMEMBERED = 120
+#: Ways that patterns of holes may lie in the loop that are made: before the first fill is returned,
+#: of the likeliest ones that a short search keeps, and after it, of those of a longer search.
+REMEMBERED, REMEMBERED_LATE, KEPT_LATE = 120, 360, 1_000
 
 #: Of so many assignments fills are listed that no artist made, too; and of the first so many that
 #: have this many corners or more, for which fills are seldom learned.
@@ -63,7 +76,9 @@ class HoleSearch:
     due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
     scores (c,). strokes: strands that fills shall have.
     mirrors: of the loop. rim: what fills may not join. known: keys of what was found.
-    assignments: how many were asked.
+    assignments: how many were asked. fixed: quads at loop vertices that the caller chose.
+    best_closed: log probability of the corners of the likeliest regular fill, less that of the most
+    probable corners.
     """
 
     source: PatternSource
@@ -81,7 +96,10 @@ class HoleSearch:
     known: set[bytes]
     assignments: int
     fixed: dict[int, int]
+    best_closed: float
     _facts: dict[int, tuple[int, int, int]]
+    _places: dict[int, int]
+    _lies: set[Lie]
     _listings: dict[tuple[CornerKind, ...], Listing]
 
     @classmethod
@@ -127,15 +145,21 @@ class HoleSearch:
             set(),
             0,
             dict(fixed or {}),
+            NONE_CLOSED,
             {},
+            {},
+            set(),
             {},
         )
 
     def all(self) -> Iterator[HoleCandidate]:
-        """All candidates: patterns of holes, those of likely assignments, and relaxed ones."""
-        yield from self.remembered()
+        """Yield all candidates: regular ones, patterns of holes, those of likely assignments, more
+        patterns of holes, and relaxed ones."""
+        yield from self.regular()
+        yield from self.remembered(REMEMBERED, KEPT)
         yield from self.likely()
         self.assignments = ASSIGNMENTS + 1
+        yield from self.remembered(REMEMBERED_LATE, KEPT_LATE)
         yield from self.relaxed()
 
     def take_new(self, quads: Int32Array, n_vertices: int, n: int) -> bytes | None:
@@ -150,27 +174,64 @@ class HoleSearch:
         self.known.add(key)
         return key
 
-    def remembered(self, most: int = REMEMBERED) -> Iterator[HoleCandidate]:
-        """Candidates whose patterns are those of holes, likeliest first."""
+    def regular(self) -> Iterator[HoleCandidate]:
+        """Yield candidates without an irregular vertex inside: of the most probable closed walks,
+        and rectangles."""
+        n = len(self.logs)
+        if self.strokes or n % 2:
+            return
+        if n <= MOST_EDGES:
+            walks = list_closed_walks(self.logs, CLOSED_WALKS, CLOSED_STEPS)
+        else:
+            walks = list(self.ranked)
+        rectangles = list_rectangles(self.logs, RECTANGLES)
+        top = float(self.logs.max(axis=1).sum())
+        found: list[tuple[Int32Array, int, Pattern]] = []
+        for corners in (*walks, *rectangles):
+            if any(corners[at] != asked for at, asked in self.fixed.items()):
+                continue
+            if len(found) >= REGULAR and not any(corners is one for one in rectangles):
+                continue
+            made = build_regular_fill(corners)
+            if made is None or not self.rim.admits(made[0]):
+                continue
+            twin, fault = weld_quads(*made, n)
+            if fault:
+                continue
+            found.append((*made, Pattern.from_disk(reduce_disk(twin))))
+            likely = float(self.logs[np.arange(n), corners - 1].sum()) - top
+            self.best_closed = max(self.best_closed, likely)
+        for quads, n_vertices, pattern in found:
+            fill = Fill(quads, n_vertices, (n,), pattern, (), 0, False, 0, "constructed")
+            yield from self._new(fill, 0, n, 1)
+
+    def remembered(self, most: int, kept: int) -> Iterator[HoleCandidate]:
+        """Yield candidates whose patterns are those of holes, likeliest first.
+
+        most: ways to lie that are made, of those that were not before. kept: by the search.
+        """
         if self.strokes:
             return
         n = len(self.logs)
-        lies, quads = self.patterns.find_lies(self.logs)
+        lies, quads = self.patterns.find_lies(self.logs, kept)
         for at, asked in self.fixed.items():
             quads[quads[:, at] != asked] = 0
         share = np.log(self.patterns.share[[lie.pattern for lie in lies]])
         scores = self.model.score(self.logs, self.due, np.maximum(quads, 1)) + SHARE * share
-        places: dict[int, int] = {}
-        for i in np.argsort(-scores, kind="stable")[:most].tolist():
+        for i in np.argsort(-scores, kind="stable").tolist():
             lie = lies[i]
-            if not quads[i].all():
+            if most <= 0:
+                return
+            if lie in self._lies or not quads[i].all():
                 continue
+            most -= 1
+            self._lies.add(lie)
             pattern = self.patterns.pattern(lie.pattern)
             fill = expand_pattern(pattern, lie.widths, mirrored=lie.mirrored)
             first = self.patterns.first_vertex(lie)
             for variant in (fill, *_widen_loops(fill)):
-                places[lie.pattern] = places.get(lie.pattern, 0) + 1
-                yield from self._new(variant, first, n, places[lie.pattern])
+                self._places[lie.pattern] = self._places.get(lie.pattern, 0) + 1
+                yield from self._new(variant, first, n, self._places[lie.pattern])
 
     def likely(self, most: int = ASSIGNMENTS) -> Iterator[HoleCandidate]:
         """Candidates of the likeliest assignments, strictly with their corners."""
@@ -302,6 +363,7 @@ class HoleSearch:
             and not is_mirrored(quads, fill.n_vertices, n, key, self.mirrors),
             place,
             key,
+            self.best_closed,
         )
 
     def _fact(self, fill: Fill) -> tuple[int, int, int]:

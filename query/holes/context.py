@@ -91,17 +91,15 @@ def _swap(n: int, pairs: tuple[tuple[int, int], ...]) -> list[int]:
 def _look_outwards(hole: Hole, around: Surroundings, view: Floats) -> Floats:
     """Measure what leads outwards from each vertex, and the faces beyond; return the unit
     directions (L, 3) in which they lead inwards."""
-    t = hole.topology
+    t = hole.outside
     n, points = len(hole), hole.points
-    gone = np.zeros(t.mesh.n_faces, np.bool_)
-    gone[hole.removed] = True
     after = _unit(np.roll(points, -1, axis=0) - points)
     before = _unit(np.roll(points, 1, axis=0) - points)
     # Where nothing leads outwards, the loop tells which way is in.
     inwards = np.cross(around.normals, after - before)
     view[:, 5] = ((after + before) * around.normals).sum(axis=1)
     for i in range(n):
-        spokes = walk_fan(hole, i, gone)[:-1]
+        spokes = walk_fan(hole, i)[:-1]
         if spokes:
             rows = [_follow_spoke(t, h, around.normals[i]) for h in spokes]
             valences = [row[0] for row, _ in rows]

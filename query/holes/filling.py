@@ -478,8 +478,15 @@ def _list_fills(
         return
     board = _CandidateBoard(around, models.facts, models.whole)
     board.add(known, PLACED_FIRST)
-    yield _hole_fill(hole, *board.take_best(), ground)
-    board.add(list(takewhile(lambda _: not is_late(), source)), PLACED - PLACED_FIRST)
+    rest = takewhile(lambda _: not is_late(), source)
+    whole = board.has_sound()
+    if not whole:
+        # The first fill has flipped quads only where all have.
+        board.add(list(rest), PLACED - PLACED_FIRST)
+        board.place_until_sound()
+    yield _hole_fill(hole, *board.take_best(sound=True), ground)
+    if whole:
+        board.add(list(rest), PLACED - PLACED_FIRST)
     while board and not is_late():
         yield _hole_fill(hole, *board.take_best(), ground)
 
@@ -570,12 +577,28 @@ class _CandidateBoard:
         self._waiting.sort(key=lambda one: one[:2])
         self._place_next(most)
 
-    def take_best(self) -> tuple[HoleCandidate, PlacedFill, float]:
-        """Take the best off the board; where none is placed any more, more are."""
+    def has_sound(self) -> bool:
+        """Is a candidate placed that has no flipped quad?"""
+        return any(not lies.flipped for _, _, lies in self._placed)
+
+    def place_until_sound(self) -> None:
+        """Place more until one has no flipped quad, or none waits."""
+        while self._waiting and not self.has_sound():
+            self._place_next(PLACED)
+
+    def take_best(self, *, sound: bool = False) -> tuple[HoleCandidate, PlacedFill, float]:
+        """Take the best off the board; where none is placed any more, more are.
+
+        sound: one with flipped quads only where all that are placed have some.
+        """
         if not self._placed:
             self._place_next(PLACED)
-        at = max(range(len(self._placed)), key=lambda i: self._scores[self._placed[i][0]])
-        row, candidate, lies = self._placed.pop(at)
+
+        def order(i: int) -> tuple[bool, float]:
+            row, _, lies = self._placed[i]
+            return not (sound and lies.flipped), float(self._scores[row])
+
+        row, candidate, lies = self._placed.pop(max(range(len(self._placed)), key=order))
         return candidate, lies, float(self._scores[row])
 
     def _place_next(self, most: int) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,12 +100,19 @@ class Hole:
     edges:    (L,) int32 the half-edge outside that runs from loop vertex i + 1 to i, -1 where
               the loop runs along the border of the mesh.
     removed:  (k,) int32 faces that the fill replaces, ascending; none for a border loop.
+    outside:  the mesh cut open around the faces that are removed: no face outside has one of them
+              across an edge. All that is measured around a hole is measured here, so that it does
+              not depend on the faces that a fill replaces.
     """
 
     topology: MeshTopology
     loop: Int32Array
     edges: Int32Array
     removed: Int32Array
+    outside: MeshTopology = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "outside", _cut_open(self.topology, self.removed))
 
     @property
     def points(self) -> NDArray[np.float64]:
@@ -285,9 +292,16 @@ def hole_of_faces(topology: MeshTopology, faces: Iterable[int]) -> Hole:
             else "the faces are a closed surface: they have no border to be filled"
         )
     (edges,) = loops
-    # The loop runs as the removed faces did, so the outside half-edge is the twin.
+    # The loop runs as the removed faces did, so the outside half-edge is the twin. It begins at the
+    # first of these, where the border loop begins that is left when the faces are deleted.
     outside = np.where(twin[edges] >= 0, twin[edges], -1).astype(np.int32)
-    return Hole(topology, topology.tail[edges].copy(), outside, chosen.astype(np.int32))
+    begin = int(np.where(outside >= 0, outside, len(twin)).argmin())
+    return Hole(
+        topology,
+        np.roll(topology.tail[edges], -begin),
+        np.roll(outside, -begin),
+        chosen.astype(np.int32),
+    )
 
 
 def hole_on_loop(topology: MeshTopology, loop: Sequence[int]) -> Hole:
@@ -322,6 +336,17 @@ def find_islands(hole: Hole, others: Sequence[Hole]) -> list[Hole]:
         if near and all(_is_within(flat, p) for p in at @ axes[:2].T):
             found.append(other)
     return found
+
+
+def _cut_open(topology: MeshTopology, removed: Int32Array) -> MeshTopology:
+    """Return the same mesh where faces that stay and faces that are removed have no common edge."""
+    if not len(removed):
+        return topology
+    gone = np.zeros(topology.mesh.n_faces, np.bool_)
+    gone[removed] = True
+    gone_at = gone[topology.face]
+    rim = (topology.twin >= 0) & (gone_at != gone_at[topology.twin])
+    return replace(topology, twin=np.where(rim, -1, topology.twin).astype(np.int32))
 
 
 def _component_of(hole: Hole) -> int:

@@ -48,7 +48,7 @@ MOST_EDGES = 64
 MOST_CHORDS = 40
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Lie:
     """One way that a pattern lies in a loop.
 

@@ -8,12 +8,15 @@ scripts/train_holes.py.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
+from patterndb.system.kernels import kernel
 from query.fill import Fill
 from query.holes.shape import MEASURES, place_fill
 from query.holes.surroundings import Surroundings, surround_with_nothing
@@ -38,6 +41,23 @@ FACTS = (
     "log_hole_meshes",
     "log_hole_share",
     "in_holes",
+    "regular_inside",
+    "rectangle",
+    "strand_ratio",
+    "strand_worst",
+    "strand_turn",
+    "loop_irregular_part",
+    "touching",
+    "dipoles",
+    "log_edges",
+    "outside_irregular",
+    "forced",
+    "flat",
+    "steep",
+    "least_side",
+    "best_closed",
+    "below_closed",
+    "asymmetric",
 )
 
 NAMES = FACTS + MEASURES
@@ -57,6 +77,9 @@ PLAIN = (
 
 #: What is taken for the share of patterns that no hole has shown.
 LEAST_SHARE = 1e-7
+
+#: The log probability of the corners of regular fills where none was found.
+NONE_CLOSED = -30.0
 
 #: Measures beyond this are as bad as this: single quads without area shall not outweigh all else.
 CLIP = 30.0
@@ -79,6 +102,8 @@ class HoleCandidate:
     asymmetric: has the loop a mirror, but none that maps the fill onto itself?
     place:   among the fills of its pattern, from 1.
     key:     tells it from any other fill of the loop.
+    best_closed: log_corners of the likeliest fill of the loop without irregular vertices inside;
+             NONE_CLOSED where none was found.
     """
 
     fill: Fill
@@ -94,6 +119,7 @@ class HoleCandidate:
     asymmetric: bool
     place: int
     key: bytes
+    best_closed: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,35 +167,162 @@ def tame_numbers(numbers: Floats) -> Floats:
 
 
 def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
-    """(c, len(FACTS)) float64 of every candidate."""
+    """Return (c, len(FACTS)) float64 of every candidate."""
     n = len(around.outside)
     rows = np.empty((len(candidates), len(FACTS)))
-    for i, candidate in enumerate(candidates):
-        valence = np.bincount(candidate.quads.ravel(), minlength=candidate.n_vertices)
-        inner = valence[n:]
-        total = valence[:n] - around.due + 4
-        everywhere = np.concatenate([inner, total])
+    points = around.points[:n]
+    ahead = np.roll(points, -1, axis=0) - points
+    lengths = np.maximum(np.linalg.norm(ahead, axis=1), 1e-12 * around.scale)
+    ahead = ahead / lengths[:, None]
+    logs = np.log(lengths)
+    of_loop = _describe_loop(around, points)
+    for row, candidate in zip(rows, candidates, strict=True):
+        quads, n_vertices = candidate.quads, candidate.n_vertices
+        found = _measure_quads(quads, n_vertices, around.due, around.asked, ahead, logs)
         frequency = candidate.frequency
-        rows[i] = (
+        row[:7] = (
             candidate.log_corners,
             candidate.assignment,
-            np.log1p(frequency),
-            np.log1p(candidate.n_meshes),
-            np.log(max(candidate.n_symmetries, 1)),
-            np.log(candidate.place),
+            math.log1p(frequency),
+            math.log1p(candidate.n_meshes),
+            math.log(max(candidate.n_symmetries, 1)),
+            math.log(candidate.place),
             float(frequency == 0),
-            float((inner != 4).sum()),
-            float((total != 4).sum()),
-            float((everywhere == 3).sum()),
-            float((everywhere == 5).sum()),
-            float(np.maximum(np.abs(everywhere - 4) - 1, 0).sum()),
-            np.log(len(candidate.quads)),
-            float((valence[:n] != around.asked).sum()),
-            np.log1p(candidate.hole_meshes),
-            np.log(max(candidate.hole_share, LEAST_SHARE)),
+        )
+        row[7:14] = found[:7]
+        row[14:17] = (
+            math.log1p(candidate.hole_meshes),
+            math.log(max(candidate.hole_share, LEAST_SHARE)),
             float(candidate.hole_meshes > 0),
         )
+        row[17:25] = found[7:15]
+        row[25:30] = of_loop
+        row[30:] = (
+            found[15],
+            candidate.best_closed,
+            candidate.log_corners - candidate.best_closed,
+            float(candidate.asymmetric),
+        )
     return rows
+
+
+def _describe_loop(around: Surroundings, points: Floats) -> tuple[float, ...]:
+    """Measure what all candidates of a loop share: see FACTS, log_edges to steep."""
+    centred = points - points.mean(axis=0)
+    size = np.linalg.svd(centred, compute_uv=False)
+    area = np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0)
+    normal = area / max(float(np.linalg.norm(area)), 1e-300)
+    return (
+        float(np.log(len(points))),
+        float((np.abs(around.far_valence) > 0.01).mean()),
+        float((around.due < 1).sum()),
+        float(size[-1] / max(float(size[0]), 1e-300)),
+        float((around.normals @ normal).mean()),
+    )
+
+
+@kernel
+def _measure_quads(
+    quads: Int32Array,
+    n_vertices: int,
+    due: Int32Array,
+    asked: Int32Array,
+    ahead: Floats,
+    logs: Floats,
+) -> Floats:
+    """Measure how regular a candidate is, and how strands join the loop's edges: see FACTS,
+    inner_irregular to asked_corners, regular_inside to dipoles, least_side.
+
+    ahead: (L, 3) unit vectors along the loop's edges. logs: (L,) logarithms of their lengths.
+    """
+    n = len(due)
+    found = np.zeros(16)
+    valence = np.zeros(n_vertices, np.int64)
+    for f in range(len(quads)):
+        for e in range(4):
+            valence[quads[f, e]] += 1
+    off = np.empty(n_vertices, np.int64)
+    convex = 0
+    others = 0
+    first = -1
+    last = -1
+    least = n
+    for v in range(n_vertices):
+        off[v] = valence[v] - (due[v] if v < n else 4)
+        if off[v] != 0:
+            found[1 if v < n else 0] += 1
+        found[2] += off[v] == -1
+        found[3] += off[v] == 1
+        found[4] += max(abs(off[v]) - 1, 0)
+        if v < n:
+            found[6] += valence[v] != asked[v]
+            if valence[v] != 2:
+                convex += valence[v] == 1
+                others += valence[v] != 1
+                if first < 0:
+                    first = v
+                else:
+                    least = min(least, v - last)
+                last = v
+    if first >= 0:
+        least = min(least, first + n - last)
+    found[5] = np.log(len(quads))
+    found[7] = found[0] == 0
+    found[8] = found[0] == 0 and convex == 4 and others == 0
+    out, touching, dipoles = _follow_strands(quads, n, off)
+    for i in range(n):
+        ratio = abs(logs[i] - logs[out[i]])
+        found[9] += ratio / n
+        found[10] = max(found[10], ratio)
+        found[11] += (ahead[i] * ahead[out[i]]).sum() / n
+    found[11] += 1.0
+    found[12] = found[1] / n
+    found[13] = touching / 2
+    found[14] = dipoles / 2
+    found[15] = least
+    return found
+
+
+@kernel
+def _follow_strands(
+    quads: Int32Array, n: int, off: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], int, int]:
+    """Return (n,) the loop edge where the strand of each ends, and how many inner edges, each
+    twice, have two irregular ends, and ends of which one has too many quads and one too few.
+
+    off: (v,) quads at each vertex, less those of a regular one.
+    """
+    m = 4 * len(quads)
+    top = np.int64(quads.max() + 1)
+    key = np.empty(m, np.int64)
+    touching = 0
+    dipoles = 0
+    for f in range(len(quads)):
+        for e in range(4):
+            a, b = np.int64(quads[f, e]), np.int64(quads[f, (e + 1) & 3])
+            key[4 * f + e] = min(a, b) * top + max(a, b)
+            if off[a] != 0 and off[b] != 0:
+                touching += 1
+                if off[a] * off[b] < 0:
+                    dipoles += 1
+    order = np.argsort(key)
+    twin = np.full(m, -1, np.int64)
+    for i in range(m - 1):
+        if key[order[i]] == key[order[i + 1]]:
+            twin[order[i]] = order[i + 1]
+            twin[order[i + 1]] = order[i]
+    out = np.zeros(n, np.int64)
+    for h in range(m):
+        if twin[h] >= 0:
+            continue
+        g = h
+        for _ in range(m):
+            g = (g & ~3) | ((g + 2) & 3)
+            if twin[g] < 0:
+                break
+            g = twin[g]
+        out[quads[h >> 2, h & 3]] = quads[g >> 2, g & 3]
+    return out, touching, dipoles
 
 
 def measure_plain_fill(fill: Fill, points: Floats) -> Floats:

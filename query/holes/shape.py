@@ -2,7 +2,8 @@
 
 Inner vertices minimise the umbrella Laplacian over inner vertices and those of the loop, the mesh
 around being held: bending energy, so that a fill goes on as the surroundings arrive. (Harmonic
-placing, which minimises stretch alone, lets rings of regular quads sag.)
+placing, which minimises stretch alone, lets rings of regular quads sag. It is taken where fewer
+quads are flipped by it.)
 """
 
 from __future__ import annotations
@@ -44,7 +45,17 @@ MEASURES = (
     "loop_angles",
     "worst_loop_angle",
     "bending",
+    "worst_aspect",
+    "mean_aspect",
+    "worst_angle",
+    "turned",
+    "least_outward",
+    "worst_fold",
 )
+
+
+#: Where the bending energy is among them, which the solver knows.
+BENDING = MEASURES.index("bending")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,18 +83,25 @@ def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> Plac
     start, beside = _neighbours(
         around.corners.astype(np.int64), around.offsets, shifted, n_outer, n_outer + inner
     )
-    bending = 0.0
-    if inner:
-        if inner <= DENSE:
-            solved, bending = _solve_dense(points, start, beside, n_outer, n_loop)
-        else:
-            rows_of = _laplacian_rows(points, start, beside, n_outer, n_loop)
-            solved, bending = _solve_sparse(*rows_of, inner)
-        points[n_outer:] = solved
-    measures, flipped = _measure_there(around, points, shifted)
-    rows = inner + n_loop
-    measures[16] = np.log(bending / (around.scale**2) / max(rows, 1) + 1e-6)
-    return PlacedFill(points[n_outer:], measures, flipped)
+    placed: PlacedFill | None = None
+    for harmonic in (False, True):
+        bending = 0.0
+        if inner:
+            if inner <= DENSE:
+                solved, bending = _solve_dense(points, start, beside, n_outer, n_loop, harmonic)
+            else:
+                rows_of = _laplacian_rows(points, start, beside, n_outer, n_loop)
+                solved, bending = _solve_sparse(*rows_of, inner, harmonic)
+            points[n_outer:] = solved
+        measures, flipped = _measure_there(around, points, shifted)
+        rows = inner + n_loop
+        measures[BENDING] = np.log(bending / (around.scale**2) / max(rows, 1) + 1e-6)
+        if placed is None or flipped < placed.flipped:
+            placed = PlacedFill(points[n_outer:].copy(), measures, flipped)
+        if not flipped or not inner:
+            break
+    assert placed is not None
+    return placed
 
 
 def count_flipped(around: Surroundings, quads: Int32Array, inner: Floats) -> int:
@@ -193,27 +211,39 @@ def _solve_dense(
     beside: NDArray[np.int64],
     n_outer: int,
     n_loop: int,
+    harmonic: bool,
 ) -> tuple[Floats, float]:
     row, column, weight, right = _laplacian_rows(points, start, beside, n_outer, n_loop)
     inner = len(start) - 1 - n_outer
     a = np.zeros((inner + n_loop, inner))
     for i in range(len(row)):
         a[row[i], column[i]] += weight[i]
-    m = a.T @ a
-    for i in range(inner):
-        m[i, i] += RIDGE
-    solved = np.linalg.solve(m, a.T @ right)
+    if harmonic:
+        solved = np.linalg.solve(a[:inner], right[:inner])
+    else:
+        m = a.T @ a
+        for i in range(inner):
+            m[i, i] += RIDGE
+        solved = np.linalg.solve(m, a.T @ right)
     rest = a @ solved - right
     return solved, (rest * rest).sum()  # pyright: ignore[reportReturnType]
 
 
 def _solve_sparse(
-    row: NDArray[np.int64], column: NDArray[np.int64], weight: Floats, right: Floats, inner: int
+    row: NDArray[np.int64],
+    column: NDArray[np.int64],
+    weight: Floats,
+    right: Floats,
+    inner: int,
+    harmonic: bool,
 ) -> tuple[Floats, float]:
     a = csr_array((weight, (row, column)), shape=(len(right), inner))
-    m = (a.T @ a).tocsc()
-    m.setdiag(m.diagonal() + RIDGE)
-    solved = splu(m).solve(a.T @ right)
+    if harmonic:
+        solved = splu(a[:inner].tocsc()).solve(right[:inner])
+    else:
+        m = (a.T @ a).tocsc()
+        m.setdiag(m.diagonal() + RIDGE)
+        solved = splu(m).solve(a.T @ right)
     rest = a @ solved - right
     return solved, float((rest * rest).sum())
 
@@ -235,8 +265,8 @@ def measure_fill(
     scale: float,
     area: float,
 ) -> tuple[Floats, int]:
-    """Measure a placed fill; see MEASURES, whose last entry is left 0. Also the flipped quads."""
-    found = np.zeros(17)
+    """Measure a placed fill; see MEASURES, of which "bending" is left 0. Also the flipped quads."""
+    found = np.zeros(23)
     q = len(quads)
     tiny = 1e-6 * scale
     # Half-edges of the fill: the quads at a vertex, and edges by their ends.
@@ -274,6 +304,10 @@ def measure_fill(
     n_irregular = 0
     loop_angles = 0.0
     worst_loop = 0.0
+    worst_aspect = 0.0
+    mean_aspect = 0.0
+    worst_angle = 0.0
+    least_outward = 1.0
     for f in range(q):
         worst = 1.0
         side = np.empty(4)
@@ -293,6 +327,10 @@ def measure_fill(
             if j < 0:
                 t = 2 * np.pi - t
             angles += (t - np.pi / 2) ** 2
+            worst_angle = max(worst_angle, abs(t - np.pi / 2))
+            s = norm_of(vertex_normal[v])
+            outward = (c * vertex_normal[v]).sum() / max(la * lb * s, 1e-300)
+            least_outward = min(least_outward, outward)
             inner = v >= n_outer
             if inner and valence[v] != 4:
                 irregular += (t - 2 * np.pi / valence[v]) ** 2
@@ -313,6 +351,9 @@ def measure_fill(
                     y = norm_of(points[v] - points[(v - 1) % n_loop])
                     ratio += abs(d - np.log(max(np.sqrt(x * y), tiny) / scale))
                     n_ratio += 1
+        aspect = abs(np.log(max(side[0] + side[2], tiny) / max(side[1] + side[3], tiny)))
+        worst_aspect = max(worst_aspect, aspect)
+        mean_aspect += aspect
         for e in range(2):
             opposite += abs(np.log(max(side[e], tiny) / max(side[e + 2], tiny)))
         c = np.cross(
@@ -341,6 +382,7 @@ def measure_fill(
     found[11] = inner_bend
     found[12] = irregular / max(n_irregular, 1)
     jump = 0.0
+    worst_fold = _worst_fold(quads, normal, n_points)
     for f in range(q):
         for e in range(4):
             v, w = quads[f, e], quads[f, (e + 1) & 3]
@@ -348,11 +390,36 @@ def measure_fill(
                 outer = normals[v] + normals[w]
                 s = norm_of(outer)
                 if s > 0:
-                    jump += 1.0 - (outer * normal[f]).sum() / s
+                    bend = 1.0 - (outer * normal[f]).sum() / s
+                    jump += bend
+                    worst_fold = max(worst_fold, bend)
     found[13] = jump / n_loop
     found[14] = loop_angles / n_loop
     found[15] = worst_loop
+    found[17] = worst_aspect
+    found[18] = mean_aspect / q
+    found[19] = worst_angle
+    found[20] = flipped > 0
+    found[21] = least_outward
+    found[22] = worst_fold
     return found, flipped
+
+
+@kernel
+def _worst_fold(quads: NDArray[np.int64], normal: Floats, n_points: int) -> float:
+    """1 less the cosine of the greatest angle between the normals of quads with a common edge."""
+    keys = np.empty(4 * len(quads), np.int64)
+    for f in range(len(quads)):
+        for e in range(4):
+            v, w = quads[f, e], quads[f, (e + 1) & 3]
+            keys[4 * f + e] = min(v, w) * n_points + max(v, w)
+    order = np.argsort(keys)
+    worst = 0.0
+    for i in range(len(order) - 1):
+        if keys[order[i]] == keys[order[i + 1]]:
+            a, b = order[i] >> 2, order[i + 1] >> 2
+            worst = max(worst, 1.0 - (normal[a] * normal[b]).sum())
+    return worst
 
 
 @kernel

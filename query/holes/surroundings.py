@@ -67,16 +67,14 @@ class Surroundings:
 
 def look_around(hole: Hole) -> Surroundings:
     """Collect the faces within RINGS rings of a hole, renumbered, loop vertices first."""
-    t = hole.topology
+    t = hole.outside
     loop = hole.loop
     n = len(loop)
-    gone = np.zeros(t.mesh.n_faces, np.bool_)
-    gone[hole.removed] = True
-    fans = [walk_fan(hole, i, gone) for i in range(n)]
+    fans = [walk_fan(hole, i) for i in range(n)]
     first = sorted({int(t.face[h]) for fan in fans for h in fan})
     faces = set(first)
     points = t.mesh.points
-    at_vertex = _faces_at(hole, RINGS, gone, faces)
+    at_vertex = _faces_at(hole, RINGS, faces)
     ring = faces | at_vertex
     number = {}
     place_of: dict[tuple[int, int], int] = {}
@@ -141,12 +139,8 @@ def look_around(hole: Hole) -> Surroundings:
 
 def list_faces_near(hole: Hole, rings: int) -> list[int]:
     """The faces outside a hole within so many rings of its loop."""
-    gone = np.zeros(hole.topology.mesh.n_faces, np.bool_)
-    gone[hole.removed] = True
-    at_loop = {
-        int(hole.topology.face[h]) for i in range(len(hole)) for h in walk_fan(hole, i, gone)
-    }
-    return sorted(_faces_at(hole, rings, gone, at_loop))
+    at_loop = {int(hole.topology.face[h]) for i in range(len(hole)) for h in walk_fan(hole, i)}
+    return sorted(_faces_at(hole, rings, at_loop))
 
 
 def surround_with_nothing(points: Floats, due: Int32Array) -> Surroundings:
@@ -221,20 +215,20 @@ def _angles_inside(loop: Floats, normals: Floats) -> Floats:
     return np.arctan2(sine, (after * before).sum(axis=1)) % (2 * np.pi)
 
 
-def walk_fan(hole: Hole, i: int, gone: NDArray[np.bool_]) -> list[int]:
+def walk_fan(hole: Hole, i: int) -> list[int]:
     """Half-edges outside that leave loop vertex i, one a face, from one loop edge to the other."""
-    t = hole.topology
+    t = hole.outside
     # edges[i] runs from loop vertex i + 1 to i; edges[i - 1] from i to i - 1.
     h = int(hole.edges[i - 1])
     fan: list[int] = []
     if h >= 0:
         # The face on the outer side of the edge before; on, away from the hole.
-        while h >= 0 and not gone[t.face[h]] and h not in fan:
+        while h >= 0 and h not in fan:
             fan.append(h)
             h = int(t.twin[t.previous[h]])
         return fan
     h = int(hole.edges[i])
-    while h >= 0 and not gone[t.face[h]]:
+    while h >= 0:
         leaving = int(t.next[h])
         if leaving in fan:
             break
@@ -243,9 +237,9 @@ def walk_fan(hole: Hole, i: int, gone: NDArray[np.bool_]) -> list[int]:
     return fan
 
 
-def _faces_at(hole: Hole, rings: int, gone: NDArray[np.bool_], first: set[int]) -> set[int]:
+def _faces_at(hole: Hole, rings: int, first: set[int]) -> set[int]:
     """Faces within ``rings`` rings of those given, joined by edges."""
-    t = hole.topology
+    t = hole.outside
     found = set(first)
     front = set(first)
     for _ in range(rings - 1):
@@ -253,7 +247,7 @@ def _faces_at(hole: Hole, rings: int, gone: NDArray[np.bool_], first: set[int]) 
             int(t.face[g])
             for f in front
             for h in range(int(t.start[f]), int(t.start[f + 1]))
-            if (g := int(t.twin[h])) >= 0 and not gone[t.face[g]]
+            if (g := int(t.twin[h])) >= 0
         } - found
         found |= front
     return found
@@ -262,7 +256,7 @@ def _faces_at(hole: Hole, rings: int, gone: NDArray[np.bool_], first: set[int]) 
 def _spokes(hole: Hole, fans: list[list[int]]) -> tuple[Floats, Floats]:
     """(L,) mean log length of the edges that leave the loop outwards; (L,) the faces, less 4, at
     their far ends; 0 where there are none."""
-    t = hole.topology
+    t = hole.outside
     points = t.mesh.points
     spokes = np.zeros(len(fans))
     far = np.zeros(len(fans))

@@ -216,6 +216,87 @@ def test_any_disk_of_faces_is_filled(source: PatternSource, data: st.DataObject)
         check_weld([fill])
 
 
+def delete_faces(mesh: PolygonMesh, faces: set[int]) -> PolygonMesh:
+    """The mesh without some faces; vertices keep their numbers."""
+    kept = [list(face) for f, face in enumerate(mesh.faces()) if f not in faces]
+    return PolygonMesh.from_faces(mesh.points, kept)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_selected_faces_and_the_hole_that_they_leave_are_one(
+    source: PatternSource, data: st.DataObject
+) -> None:
+    # What is measured, and what is proposed, does not depend on the faces that are replaced.
+    topology = MeshTopology.of(read_mesh(HEAD))
+    first = data.draw(st.integers(0, topology.mesh.n_faces - 1))
+    faces = {first}
+    for _ in range(data.draw(st.integers(0, 20))):
+        f = data.draw(st.sampled_from(sorted(faces)))
+        at = int(topology.start[f]) + data.draw(st.integers(0, 3))
+        if at < topology.start[f + 1] and topology.twin[at] >= 0:
+            faces.add(int(topology.face[topology.twin[at]]))
+    try:
+        selected = hole_of_faces(topology, faces)
+    except InvalidMeshError:
+        return
+    assume(len(selected) % 2 == 0 and (selected.edges >= 0).all())
+    deleted = MeshTopology.of(delete_faces(topology.mesh, faces))
+    left = [h for h in find_holes(deleted) if set(h.loop.tolist()) == set(selected.loop.tolist())]
+    assume(len(left) == 1 and len(left[0]) == len(selected))
+    (open_hole,) = left
+    assert open_hole.loop.tolist() == selected.loop.tolist()
+    one, two = look_around(selected), look_around(open_hole)
+    for name in ("points", "due", "asked", "normals", "angle_outside", "spokes", "far_valence"):
+        assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=True), name
+    assert np.array_equal(measure_hole(selected, one), measure_hole(open_hole, two))
+    fills = [list(fill_holes(source, hole, limit=6)) for hole in (selected, open_hole)]
+    assert [hash_of(fill) for fill in fills[0]] == [hash_of(fill) for fill in fills[1]]
+    for a, b in zip(*fills, strict=True):
+        assert a.score == b.score and np.array_equal(a.points, b.points)
+
+
+def test_no_half_edge_leads_from_outside_into_removed_faces() -> None:
+    topology = MeshTopology.of(grid(4))
+    hole = hole_of_faces(topology, [5, 6, 9])
+    removed = np.isin(topology.face, hole.removed)
+    beyond = hole.outside.twin
+    assert (removed[beyond[beyond >= 0]] == removed[beyond >= 0]).all()
+    assert (beyond[hole.edges] == -1).all() and (topology.twin >= beyond).all()
+    for border in find_holes(HOLED):
+        assert border.outside is border.topology
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_first_fill_has_no_flipped_quad_where_one_has_none(
+    source: PatternSource, seed: int
+) -> None:
+    # Regions of the head, dented at random so that many fills fold over.
+    mesh = read_mesh(HEAD)
+    draw = random.Random(seed)
+    shaken = np.random.default_rng(seed).normal(size=mesh.points.shape)
+    edge = float(np.linalg.norm(mesh.points[mesh.corners[0]] - mesh.points[mesh.corners[1]]))
+    dented = PolygonMesh(mesh.points + 0.3 * edge * shaken, mesh.corners, mesh.offsets)
+    topology = MeshTopology.of(dented)
+    asked = folded = 0
+    while asked < 8:
+        faces = {draw.randrange(mesh.n_faces)}
+        for _ in range(2):
+            near = {v for f in faces for v in topology.tail[topology.face == f].tolist()}
+            faces |= set(topology.face[np.isin(topology.tail, list(near))].tolist())
+        try:
+            hole = hole_of_faces(topology, faces)
+        except InvalidMeshError:
+            continue
+        if len(hole) % 2:
+            continue
+        fills = list(fill_holes(source, hole, limit=20, twins=False))
+        asked += 1
+        folded += any(fill.flipped for fill in fills)
+        assert not fills[0].flipped or all(fill.flipped for fill in fills)
+    assert folded
+
+
 def cube(n: int) -> PolygonMesh:
     """The faces of a cube, n x n quads each."""
     at: dict[tuple[int, ...], int] = {}
