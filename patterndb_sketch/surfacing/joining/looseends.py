@@ -13,8 +13,8 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.network import CurveId, CurveNetwork
 
-#: An end is told if it misses another curve by no more than this share of its own curve's length:
-#: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
+#: An end is reported if it misses another curve by no more than this share of its own curve's
+#: length: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
 NEAR = 0.1
 
 #: A curve's own end, or another part of it, counts as another curve from this share of it on.
@@ -68,8 +68,8 @@ def find_loose_ends(network: CurveNetwork) -> tuple[LooseEnd, ...]:
     return tuple(sorted(found, key=lambda one: (-one.gap, one.place.tolist())))
 
 
-def tell_loose_ends(ends: Sequence[LooseEnd]) -> str:
-    """Say how far ends are off, where the farthest is, and which tolerance joins them all."""
+def describe_loose_ends(ends: Sequence[LooseEnd]) -> str:
+    """Describe how far ends are off, where the farthest is, and which tolerance joins them all."""
     worst = ends[0]
     x, y, z = worst.place
     many = f"{len(ends):,} ends of curves stop" if len(ends) > 1 else "an end of a curve stops"
