@@ -209,8 +209,10 @@ def list_steps_at_nodes(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
 
 def drop_repeats(points: Points) -> Points:
     """The points of a polyline (k, 3) without those that repeat the one before."""
-    keep = np.r_[True, (points[1:] != points[:-1]).any(axis=1)]
-    return np.ascontiguousarray(points[keep])
+    differs = (points[1:] != points[:-1]).any(axis=1)
+    if differs.all():
+        return np.ascontiguousarray(points)
+    return np.concatenate([points[:1], points[1:][differs]])
 
 
 def measure_turning(points: Points) -> NDArray[np.float64]:

@@ -29,8 +29,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Literal
 
@@ -294,20 +295,21 @@ def _join(
             ends = at_cuts[k : k + 2]
             nodes = int(cuts.nodes[k]), int(cuts.nodes[k + 1])
             first, last = cuts.places[nodes[0]], cuts.places[nodes[1]]
-            whole = extract_part(points, along, start, stop, ends, np.ones_like(is_drawn))
-            # A curve that meets only itself is small, not nothing.
-            within = reach if len(lengths) > 2 else least
-            near = nodes[0] == nodes[1] and np.linalg.norm(whole - first, axis=1).max() <= within
             part = extract_part(points, along, start, stop, ends, is_drawn)
+            near = False
+            if nodes[0] == nodes[1]:
+                # A curve that meets only itself is small, not nothing.
+                within = reach if len(lengths) > 2 else least
+                whole = extract_part(points, along, start, stop, ends)
+                near = np.linalg.norm(whole - first, axis=1).max() <= within
             moved = part if near else move_ends(part, first, last)
-            if near or len(moved) < 2 or arc_length(moved)[-1] <= ROUNDING * diagonal:
+            if near or np.abs(moved - moved[0]).max() <= ROUNDING * diagonal:
                 leave(curve, "nothing", stop - start, part[0])
                 continue
+            whole = partial(extract_part, points, along, start, stop, ends)
             piece = Piece(moved, nodes, stop - start, whole, bool(alone[curve]))
             same = known.setdefault((min(nodes), max(nodes)), [])
-            if same:
-                piece.whole = move_ends(whole, first, last)
-                piece.copy_of = find_copy(piece, same, pieces, reach, SAME_PIECE * exact)
+            piece.copy_of = find_copy(piece, same, pieces, reach, SAME_PIECE * exact)
             if piece.copy_of is None:
                 same.append(len(pieces))
             else:
@@ -432,31 +434,44 @@ def _is_firm(
 
 
 def extract_part(
-    points: Points, along: Floats, begin: float, end: float, ends: Points, drawn: NDArray[np.bool_]
+    points: Points,
+    along: Floats,
+    begin: float,
+    end: float,
+    ends: Points,
+    drawn: NDArray[np.bool_] | None = None,
 ) -> Points:
-    """Take the part of a polyline between two arc lengths, with those of its points that are drawn.
+    """Take the part of a polyline between two arc lengths, if asked for with drawn points only.
 
     ends: (2, 3) the places there.
     """
     first, last = np.searchsorted(along, begin, side="right"), np.searchsorted(along, end)
-    inner = points[first:last][drawn[first:last]]
+    inner = points[first:last]
+    if drawn is not None:
+        inner = inner[drawn[first:last]]
     return drop_repeats(np.concatenate([ends[:1], inner, ends[1:]]))
 
 
-@dataclass(slots=True)
+@dataclass
 class Piece:
     """A piece of a curve between two nodes, in the sense in which the curve is worked on.
 
-    whole: as points, but followed finely. placed: was the curve put exactly where it ends?
+    follow: gives the piece followed finely, not yet moved to its nodes. placed: was the curve put
+    exactly where it ends?
     copy_of: the piece that stays of the two that are alike, and whether it runs the other way.
     """
 
     points: Points
     nodes: tuple[int, int]
     length: float
-    whole: Points
+    follow: Callable[[], Points]
     placed: bool
     copy_of: tuple[int, bool] | None = None
+
+    @cached_property
+    def whole(self) -> Points:
+        """(k, 3) the piece followed finely, between its nodes."""
+        return move_ends(self.follow(), self.points[0], self.points[-1])
 
 
 def find_copy(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -157,16 +158,16 @@ class PackedCurves:
 
 def pack_curves(lines: Sequence[Points]) -> PackedCurves:
     """Put polylines (k, 3), one or more, in one array."""
-    sizes = [len(line) for line in lines]
-    alongs = [arc_length(line) for line in lines]
-    return PackedCurves(
-        np.concatenate(lines),
-        np.cumsum([0, *sizes]),
-        np.concatenate(alongs),
-        np.array([along[-1] for along in alongs]),
-        np.array([is_closed(line) for line in lines]),
-        np.repeat(np.arange(len(lines)), sizes),
-    )
+    points = np.concatenate(lines)
+    starts = np.cumsum([0, *map(len, lines)])
+    first, last = starts[:-1], starts[1:] - 1
+    along = np.zeros(len(points))
+    steps = np.linalg.norm(points[1:] - points[:-1], axis=1)
+    for begin, end in pairwise(starts.tolist()):
+        np.cumsum(steps[begin : end - 1], out=along[begin + 1 : end])
+    closed = (points[first] == points[last]).all(axis=1)
+    curve_of = np.repeat(np.arange(len(lines)), np.diff(starts))
+    return PackedCurves(points, starts, along, along[last], closed, curve_of)
 
 
 def is_closed(line: Points) -> bool:
