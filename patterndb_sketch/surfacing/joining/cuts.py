@@ -198,14 +198,7 @@ def _place_nodes(nodes: Int64Array, places: Points, held: Int64Array) -> Points:
     most = np.zeros(int(nodes.max()) + 1, np.int64)
     np.maximum.at(most, nodes, held)
     some = held == most[nodes]
-    nodes, places, held = nodes[some], places[some], held[some]
-    # Of exact places every one counts once, however many curves meet there.
-    once = np.flatnonzero(held >= EXACT)
-    rows = np.concatenate([nodes[once, None], places[once]], axis=1)
-    chosen = np.r_[
-        np.flatnonzero(held < EXACT), once[np.unique(rows, axis=0, return_index=True)[1]]
-    ]
-    nodes, places = nodes[chosen], places[chosen]
+    nodes, places = nodes[some], places[some]
     order = np.argsort(nodes, kind="stable")
     nodes, places = nodes[order], places[order]
     first = np.flatnonzero(np.r_[True, np.diff(nodes) > 0])

@@ -273,7 +273,6 @@ def _join(
     at_cuts = curves.locate(np.repeat(np.arange(len(curves)), np.diff(cuts.starts)), cuts.lengths)
     reaches = SAME_PIECE * survey.reaches
     least = SAME_PIECE * (exact if tolerance is None else survey.ends)
-    alone = survey.settled if survey.given else survey.placed & ~curves.closed
     starts = curves.starts.tolist()
     pieces: dict[int, Piece] = {}
     runs: list[list[int]] = [[] for _ in lines]
@@ -307,7 +306,7 @@ def _join(
                 leave(curve, "nothing", stop - start, part[0])
                 continue
             whole = partial(extract_part, points, along, start, stop, ends)
-            piece = Piece(moved, nodes, stop - start, whole, bool(alone[curve]))
+            piece = Piece(moved, nodes, stop - start, whole, bool(survey.settled[curve]))
             same = known.setdefault((min(nodes), max(nodes)), [])
             piece.copy_of = find_copy(piece, same, pieces, reach, SAME_PIECE * exact)
             if piece.copy_of is None:
@@ -456,8 +455,8 @@ def extract_part(
 class Piece:
     """A piece of a curve between two nodes, in the sense in which the curve is worked on.
 
-    follow: gives the piece followed finely, not yet moved to its nodes. placed: was the curve put
-    exactly where it ends?
+    follow: gives the piece followed finely, not yet moved to its nodes. settled: is the curve drawn
+    exactly?
     copy_of: the piece that stays of the two that are alike, and whether it runs the other way.
     """
 
@@ -465,7 +464,7 @@ class Piece:
     nodes: tuple[int, int]
     length: float
     follow: Callable[[], Points]
-    placed: bool
+    settled: bool
     copy_of: tuple[int, bool] | None = None
 
     @cached_property
@@ -479,12 +478,12 @@ def find_copy(
 ) -> tuple[int, bool] | None:
     """Find which of some pieces between the same nodes this one copies, and if it is turned.
 
-    Two that were both put exactly where they end are two on purpose, unless they are within
-    ``exact`` of each other.
+    Two that are both drawn exactly are two on purpose, unless they are within ``exact`` of each
+    other.
     """
     for number in same:
         other = pieces[number].whole
-        within = exact if piece.placed and pieces[number].placed else reach
+        within = exact if piece.settled and pieces[number].settled else reach
         if (
             measure_deviation(piece.whole, other) <= within
             and measure_deviation(other, piece.whole) <= within

@@ -127,7 +127,8 @@ def _find_meetings(packed: PackedCurves, curves: GuessedCurves, tolerance: float
     exact = gaps <= tolerance
     nearer, guessed, places = _approach(curves, pairs, shares)
     meets = exact | (guessed <= curves.fit[pairs].sum(axis=1) + tolerance)
-    meets &= exact | _may_cross(points, starts, curve_of, pairs, nearer)
+    # Where polylines run along each other there is no one place.
+    meets &= _may_cross(points, starts, curve_of, pairs, np.where(exact[:, None], shares, nearer))
     straight = points[pairs] + shares[..., None] * (points[pairs + 1] - points[pairs])
     shares = np.where(exact[:, None], shares, nearer)
     places = np.where(exact[:, None, None], straight, places)
@@ -360,8 +361,9 @@ def _choose_point(curves: PackedCurves, group: Sequence[_Place]) -> Points:
         for place in given
         if not curves.closed[place.curve] and place.vertex in (0, int(sizes[place.curve]) - 1)
     ]
-    points = [place.point for place in at_end or given or group]
-    return np.unique(np.array(points), axis=0).mean(axis=0)
+    points = np.array([place.point for place in at_end or given or group])
+    # From one of them on: the mean of equal points is that point.
+    return points[0] + (points - points[0]).mean(axis=0)
 
 
 def _insert(line: Points, changes: Sequence[tuple[_Place, Points]]) -> Points:
