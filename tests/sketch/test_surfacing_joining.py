@@ -1,4 +1,4 @@
-"""Drawn curves are joined where that is meant; what is exact stays, in any unit, order and sense."""
+"""Curves are joined where that is meant, in any unit, order and sense; what is exact stays."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXACT = 3e-6
 
 
 def draw_cage(chance: np.random.Generator) -> list[Points]:
-    """The edges of a box of cells, its nodes moved at random, some edges far shorter than others."""
+    """The edges of a box of cells, its nodes moved at random; some are short, others long."""
     sizes = chance.integers(1, 4, 3)
     steps = [np.r_[0.0, np.cumsum(10.0 ** chance.uniform(-2.5, 0.0, n))] for n in sizes]
     grid = np.stack(np.meshgrid(*steps, indexing="ij"), axis=-1)
@@ -57,7 +57,7 @@ def draw_grid(chance: np.random.Generator) -> list[Points]:
 
 
 def draw_loose(chance: np.random.Generator, drawn: Sequence[Points]) -> list[Points]:
-    """Curves drawn by hand near some: along them, or from one to another, off by up to a hundredth."""
+    """Curves drawn by hand along some, or from one to another, off by up to a hundredth."""
     everything = np.concatenate(drawn)
     off = 10.0 ** chance.uniform(-5, -2) * np.linalg.norm(np.ptp(everything, axis=0))
     loose: list[Points] = []
@@ -91,7 +91,7 @@ def list_meetings(network: CurveNetwork) -> dict[int, set[int | str]]:
 
 
 def check_kept(alone: CurveNetwork, network: CurveNetwork, reach: float) -> None:
-    """All nodes where curves of one network meet are in the other, with these curves, each its own."""
+    """Check that the other network has all nodes where curves of one meet, with these curves."""
     meetings = list_meetings(network)
     numbers = list(meetings)
     tree = KDTree(network.nodes[numbers])

@@ -211,7 +211,9 @@ class TestSingleCases:
         assert result.walks == (((0, False), (1, False)), ((2, False),))
         (join,) = result.joins
         assert set(join.curves) == {0, 1} and join.gap == pytest.approx(0.01)
-        assert result.notes == ("a join of curves bridges a gap of 0.01 (curves 0 and 1 at 1, 0.005, 0)",)
+        assert result.notes == (
+            "a join of curves bridges a gap of 0.01 (curves 0 and 1 at 1, 0.005, 0)",
+        )
 
     def test_an_overshoot_is_left_out_and_told(self) -> None:
         result = join_polylines(

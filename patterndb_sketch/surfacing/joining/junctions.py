@@ -49,11 +49,7 @@ from patterndb_sketch.surfacing.joining.duplicates import (
     is_within_duplicate,
 )
 from patterndb_sketch.surfacing.joining.following import FollowedCurves, follow_curves
-from patterndb_sketch.surfacing.joining.looseends import (
-    LooseEnd,
-    describe_loose_ends,
-    find_loose_ends,
-)
+from patterndb_sketch.surfacing.joining.looseends import describe_loose_ends, find_loose_ends
 from patterndb_sketch.surfacing.joining.meetings import Joins, measure_deviation
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
@@ -75,8 +71,10 @@ from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveId,
+    CurveJoin,
     CurveNetwork,
     InvalidNetworkError,
+    LooseEnd,
     drop_repeats,
 )
 
@@ -116,15 +114,6 @@ class OmittedPart:
             f"curve {self.curve!r} {_WHY[self.reason]} (length {self.length:.4g}, at {x:.4g}, "
             f"{y:.4g}, {z:.4g})"
         )
-
-
-@dataclass(frozen=True, slots=True)
-class CurveJoin:
-    """Two curves, or one with itself, that meet ``gap`` apart at ``place`` (3,), halfway."""
-
-    curves: tuple[CurveId, CurveId]
-    place: NDArray[np.float64] = field(repr=False)
-    gap: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.network import CurveId, CurveNetwork
+from patterndb_sketch.surfacing.network import CurveNetwork, LooseEnd
 
 #: An end is reported if it misses another curve by no more than this share of its own curve's
 #: length: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
@@ -19,16 +17,6 @@ NEAR = 0.1
 
 #: A curve's own end, or another part of it, counts as another curve from this share of it on.
 OWN = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class LooseEnd:
-    """An end of ``curve`` at ``place`` (3,) where nothing goes on, ``gap`` from ``other``."""
-
-    curve: CurveId
-    place: Points = field(repr=False)
-    other: CurveId
-    gap: float
 
 
 def find_loose_ends(network: CurveNetwork) -> tuple[LooseEnd, ...]:
