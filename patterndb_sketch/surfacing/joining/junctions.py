@@ -43,9 +43,11 @@ from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
 from patterndb_sketch.surfacing.joining.cuts import CurveCuts, cut_curves
 from patterndb_sketch.surfacing.joining.duplicates import (
+    Stretches,
     carry_cuts_over,
     find_duplicates,
     find_stretches,
+    is_on_duplicate,
     is_within_duplicate,
 )
 from patterndb_sketch.surfacing.joining.following import FollowedCurves, follow_curves
@@ -269,39 +271,50 @@ def _join(
     # What is drawn exactly first: it stays where another curve runs along it.
     for curve in np.argsort(~survey.settled, kind="stable").tolist():
         begin, end = starts[curve], starts[curve + 1]
-        points, along = curves.points[begin:end], curves.along[begin:end]
-        is_drawn = found.followed.drawn[begin:end]
-        first_cut, end_cut = int(cuts.starts[curve]), int(cuts.starts[curve + 1])
-        lengths = cuts.lengths[first_cut:end_cut].tolist()
+        at = slice(int(cuts.starts[curve]), int(cuts.starts[curve + 1]))
+        nodes = cuts.nodes[at].tolist()
+        cut = _CutCurve(
+            curves.points[begin:end],
+            curves.along[begin:end],
+            found.followed.drawn[begin:end],
+            cuts.lengths[at].tolist(),
+            at_cuts[at],
+            cuts.places[nodes[0]],
+        )
+        lengths, whole = cut.lengths, float(curves.lasts[curve])
         if len(lengths) == 1:
-            leave(curve, "nothing", along[-1], points[0])
+            leave(curve, "nothing", whole, cut.points[0])
         else:
-            leave(curve, "overshoot", lengths[0], points[0])
-            leave(curve, "overshoot", along[-1] - lengths[-1], points[-1])
+            leave(curve, "overshoot", lengths[0], cut.points[0])
+            leave(curve, "overshoot", whole - lengths[-1], cut.points[-1])
         reach = max(least, float(reaches[curve]))
-        for k, (start, stop) in enumerate(pairwise(lengths), first_cut):
-            ends = at_cuts[k : k + 2]
-            nodes = int(cuts.nodes[k]), int(cuts.nodes[k + 1])
-            first, last = cuts.places[nodes[0]], cuts.places[nodes[1]]
-            part = extract_part(points, along, start, stop, ends, is_drawn)
+        pairs = list(pairwise(range(len(lengths))))
+        if len(pairs) > 1 and nodes[0] == nodes[-1] and cuts.counts[nodes[0]] == 2:
+            # Its ends meet only each other: a piece goes on from the last cut before to the first.
+            pairs = [*pairs[1:-1], (len(lengths) - 2, 1)]
+        for k, m in pairs:
+            first, last = cuts.places[nodes[k]], cuts.places[nodes[m]]
+            size = lengths[m] - lengths[k] + (0.0 if k < m else lengths[-1] - lengths[0])
+            part = cut.extract_piece(k, m, drawn_only=True)
             near = False
-            if nodes[0] == nodes[1]:
+            if nodes[k] == nodes[m]:
                 # A curve that meets only itself is small, not nothing.
                 within = reach if len(lengths) > 2 else least
-                whole = extract_part(points, along, start, stop, ends)
-                near = np.linalg.norm(whole - first, axis=1).max() <= within
+                gaps = np.linalg.norm(cut.extract_piece(k, m) - first, axis=1)
+                near = bool(gaps.max() <= within)
             moved = part if near else move_ends(part, first, last)
             if near or np.abs(moved - moved[0]).max() <= ROUNDING * diagonal:
-                leave(curve, "nothing", stop - start, part[0])
+                leave(curve, "nothing", size, part[0])
                 continue
-            whole = partial(extract_part, points, along, start, stop, ends)
-            piece = Piece(moved, nodes, stop - start, whole, bool(survey.settled[curve]))
-            same = known.setdefault((min(nodes), max(nodes)), [])
+            ends_at = nodes[k], nodes[m]
+            follow = partial(cut.extract_piece, k, m)
+            piece = Piece(moved, ends_at, size, follow, bool(survey.settled[curve]))
+            same = known.setdefault((min(ends_at), max(ends_at)), [])
             piece.copy_of = find_copy(piece, same, pieces, reach, SAME_PIECE * exact)
             if piece.copy_of is None:
                 same.append(len(pieces))
             else:
-                leave(curve, "twice", stop - start, part[0])
+                leave(curve, "twice", size, part[0])
             runs[curve].append(len(pieces))
             pieces[len(pieces)] = piece
     close_curves(runs, pieces)
@@ -382,7 +395,7 @@ def _find_cuts(
     lines: list[Points], exact: float, diagonal: float, tolerance: float | None
 ) -> _FoundCuts:
     """Find where curves meet: exactly, then within a tolerance."""
-    settled, shared = find_settled_curves(lines, exact)
+    settled, put = find_settled_curves(lines, exact)
     followed = follow_curves(join_smooth_crossings(lines, exact), exact, diagonal)
     curves, fixed = followed.curves, followed.exact
     if tolerance is None:
@@ -395,7 +408,7 @@ def _find_cuts(
     stretches = find_stretches(approaches, survey.ends)
     meant = select_joins(followed, survey, approaches, stretches.curves, exact)
     stretches = find_duplicates(curves, stretches, meant, survey, exact)
-    firm = _is_firm(curves, fixed, survey, shared, exact)
+    firm = _is_firm(curves, fixed, survey, stretches, put, exact)
     kept = firm | ~is_within_duplicate(curves, fixed, stretches, most)
     fixed, firm = fixed.take(kept), firm[kept]
     meant = meant.take(~is_within_duplicate(curves, meant, stretches, most))
@@ -405,39 +418,57 @@ def _find_cuts(
 
 
 def _is_firm(
-    curves: PackedCurves, fixed: Joins, survey: Survey, shared: Points, exact: float
+    curves: PackedCurves,
+    fixed: Joins,
+    survey: Survey,
+    duplicates: Stretches,
+    put: Points,
+    exact: float,
 ) -> NDArray[np.bool_]:
     """Which exact joins are no accident.
 
-    A curve was put there with an end, or both with a sample as drawn, or both are open and placed
-    exactly at their ends, so that they cross where they are meant to.
+    Curves were put there as they were drawn: at one of ``put`` (k, 3). Or an end is there, or both
+    are open and placed exactly at their ends, so that they cross where they are meant to; but where
+    strokes are drawn twice, each of them meets what one of them is meant to.
     """
     has_end = curves.is_open_end(fixed.curves, fixed.lengths).any(axis=1)
     placed = (survey.placed & ~curves.closed)[fixed.curves].all(axis=1)
-    at_sample = np.zeros(len(fixed), bool)
-    if len(shared) and len(fixed):
+    firm = (has_end | placed) & ~is_on_duplicate(fixed, duplicates)
+    if len(put) and len(fixed):
         places = curves.locate(fixed.curves[:, 0], fixed.lengths[:, 0])
-        at_sample = KDTree(shared).query(places, distance_upper_bound=2 * exact)[0] <= 2 * exact
-    return has_end | placed | at_sample
+        firm |= KDTree(put).query(places, distance_upper_bound=2 * exact)[0] <= 2 * exact
+    return firm
 
 
-def extract_part(
-    points: Points,
-    along: Floats,
-    begin: float,
-    end: float,
-    ends: Points,
-    drawn: NDArray[np.bool_] | None = None,
-) -> Points:
-    """Take the part of a polyline between two arc lengths, if asked for with drawn points only.
+@dataclass(frozen=True, slots=True)
+class _CutCurve:
+    """A curve, followed finely, and where it is cut.
 
-    ends: (2, 3) the places there.
+    drawn: (n,) which of its points are drawn. lengths: arc lengths of the cuts. places: (m, 3) of
+    the cuts. seam: (3,) the node of the first and the last cut, if that is one.
     """
-    first, last = np.searchsorted(along, begin, side="right"), np.searchsorted(along, end)
-    inner = points[first:last]
-    if drawn is not None:
-        inner = inner[drawn[first:last]]
-    return drop_repeats(np.concatenate([ends[:1], inner, ends[1:]]))
+
+    points: Points
+    along: Floats
+    drawn: NDArray[np.bool_]
+    lengths: list[float]
+    places: Points
+    seam: Points
+
+    def extract_piece(self, first: int, last: int, drawn_only: bool = False) -> Points:
+        """Take the piece between two cuts, over the seam if the last does not follow the first."""
+        if first < last:
+            begin = np.searchsorted(self.along, self.lengths[first], side="right")
+            end = np.searchsorted(self.along, self.lengths[last])
+            inner = self.points[begin:end]
+            if drawn_only:
+                inner = inner[self.drawn[begin:end]]
+            places = self.places
+            return drop_repeats(np.concatenate([places[[first]], inner, places[[last]]]))
+        before = self.extract_piece(first, len(self.lengths) - 1, drawn_only)
+        after = self.extract_piece(0, last, drawn_only)
+        before = move_ends(before, before[0], self.seam)
+        return np.concatenate([before, move_ends(after, self.seam, after[-1])[1:]])
 
 
 @dataclass

@@ -187,7 +187,8 @@ def _goes_on_at(
 def find_settled_curves(lines: list[Points], exact: float) -> tuple[NDArray[np.bool_], Points]:
     """Find which open curves have both ends exactly at others, as they are drawn.
 
-    Returns that (c,), and the places (k, 3) at which curves have a sample in common.
+    Returns that (c,), and the places (k, 3) at which curves were put: where one ends exactly at
+    another, or both have a sample.
     """
     curves = pack_curves(lines)
     joins = find_joins(curves, np.full(len(curves), exact))
@@ -200,7 +201,8 @@ def find_settled_curves(lines: list[Points], exact: float) -> tuple[NDArray[np.b
     curve, length = joins.curves.reshape(-1), joins.lengths.reshape(-1)
     vertices = curves.find_vertices(curve, length)
     at_sample = (np.abs(curves.along[vertices] - length) <= exact).reshape(-1, 2).all(axis=1)
-    places = curves.points[vertices].reshape(-1, 2, 3)[at_sample].reshape(-1, 3)
+    put = at_sample | curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
+    places = curves.locate(curve, length).reshape(-1, 2, 3)[put].reshape(-1, 3)
     return ends.all(axis=0) & ~curves.closed, places
 
 
@@ -254,8 +256,8 @@ def find_nearest_at_ends(
 
     A curve that passes the end's own curve shortly before the end, within so much of it, counts as
     well. copies: (k, 2) pairs of curves that are drawn over each other: these do not count. Where
-    they are given, one end of one other curve, which may be loose as well, does not count either;
-    two make a corner.
+    they are given, one end of one other curve does not count either, unless they meet exactly: it
+    may be loose as well. Two make a corner.
     """
     nearest = np.full((len(curves), 2), np.inf)
     at_ends: list[tuple[Int64Array, Int64Array, Floats]] = []
@@ -263,7 +265,7 @@ def find_nearest_at_ends(
     if copies is not None:
         pair = joins.curves[:, 0] * len(curves) + joins.curves[:, 1]
         counts = ~np.isin(pair, np.sort(copies, axis=1) @ [len(curves), 1])
-    both = curves.is_open_end(joins.curves, joins.lengths).all(axis=1)
+    both = curves.is_open_end(joins.curves, joins.lengths).all(axis=1) & (joins.gaps > 0.0)
     for side in range(2):
         curve, length = joins.curves[:, side], joins.lengths[:, side]
         last = curves.lasts[curve]
