@@ -27,8 +27,9 @@ MAX_EDGES = MOST_EDGES
 
 def arc_length(points: Points) -> NDArray[np.float64]:
     """(k,) length of the polyline (k, 3) up to every point; the first is 0."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return np.r_[0.0, np.cumsum(steps)]
+    along = np.zeros(len(points))
+    np.cumsum(np.linalg.norm(points[1:] - points[:-1], axis=1), out=along[1:])
+    return along
 
 
 def at_lengths(points: Points, lengths: ArrayLike) -> Points:

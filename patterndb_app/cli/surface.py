@@ -31,6 +31,7 @@ from patterndb_app.cli.text import plural, say, shorten, table, write, write_jso
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
 
 if TYPE_CHECKING:
+    from patterndb.geometry.points import Points
     from patterndb_sketch.surfacing import (
         CurveNetwork,
         Cycle,
@@ -48,9 +49,10 @@ CURVES_WIDTH = 24
 #: Columns that a sentence leaves for the names of curves.
 NAMES_WIDTH = 60
 
-#: Pairs of patches that pass through each other, and open rims, named one by one.
+#: Pairs of patches that pass through each other, open rims, joins and loose ends, named one by one.
 MOST_CROSSINGS = 5
 MOST_RIMS = 5
+MOST_JOINS = 5
 
 
 class CurveNames(ParamType):
@@ -109,7 +111,9 @@ class CurveNames(ParamType):
 @click.option(
     "--tolerance",
     type=click.FloatRange(0),
-    help="How far apart curves may pass and still meet, in the network's unit.",
+    show_default="what follows from the drawing",
+    help="How far apart curves may pass and still meet, in the network's unit. Curves that meet "
+    "exactly do in any case, and those drawn exactly meet each other nowhere else.",
 )
 @click.option(
     "--picture",
@@ -209,6 +213,7 @@ def surface(
     drawing = read_drawing(network, tolerance=tolerance)
     for note in drawing.notes:
         say(note)
+    _say_joins(drawing)
     given = drawing.network
     started = read_work_clock()
     cycles, found = _cycles(given, find_cycles, ban, keep)
@@ -224,6 +229,7 @@ def surface(
         "cycles_found": found is not None,
         "seconds_finding": round(seconds_finding, 6),
         **({} if found is None else _summarise_cycles(given, found)),
+        **_list_joins(drawing),
         "notes": notes,
     }
     if found is not None:
@@ -392,6 +398,47 @@ def _summarise_cycles(network: CurveNetwork, found: FoundCycles) -> dict[str, ob
         "proven": found.proven,
         "orientable": found.orientable,
     }
+
+
+def _list_joins(drawing: Drawing) -> dict[str, object]:
+    """Joins of curves that do not meet exactly, and loose ends, by curves, places and gaps."""
+    return {
+        "joins": [
+            {"curves": list(join.curves), "place": join.place.tolist(), "gap": join.gap}
+            for join in drawing.joins
+        ],
+        "loose_ends": [
+            {
+                "curve": end.curve,
+                "place": end.place.tolist(),
+                "nearest": end.other,
+                "gap": end.gap,
+            }
+            for end in drawing.loose
+        ],
+    }
+
+
+def _say_joins(drawing: Drawing) -> None:
+    """Report the widest joins and the loose ends that are farthest off, one a line."""
+    joins = [
+        f"joined: {join.curves[0]} and {join.curves[1]}, {join.gap:.3g} apart at "
+        f"{_place(join.place)}"
+        for join in drawing.joins
+    ]
+    loose = [
+        f"loose end: {end.curve} at {_place(end.place)}, {end.gap:.3g} from {end.other}"
+        for end in drawing.loose
+    ]
+    for lines, more in ((joins, "narrower join"), (loose, "nearer loose end")):
+        for line in lines[:MOST_JOINS]:
+            say(line)
+        if len(lines) > MOST_JOINS:
+            say(f"{plural(len(lines) - MOST_JOINS, more)}; --json lists all")
+
+
+def _place(place: Points) -> str:
+    return ", ".join(f"{x:.4g}" for x in place.tolist())
 
 
 def _say_found(found: FoundCycles, seconds: float) -> None:

@@ -70,7 +70,8 @@ def add_ink_curves(drawing: Drawing, ink: InkedStroke, reach: float, stage: int)
     names = [curve.stroke for curve in whole.curves]
     new = _new_name(names)
     strokes = [*names, *(new for _ in lines)]
-    made = join_polylines([*(c.points for c in whole.curves), *lines], None, strokes)
+    # Its ends are on curves already: it meets them exactly, and nothing else by accident.
+    made = join_polylines([*(c.points for c in whole.curves), *lines], None, strokes, 0.0)
     n = len(whole.curves)
     lost = [left for left in made.left_out if left.curve not in range(n)]
     if lost:

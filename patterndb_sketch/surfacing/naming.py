@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from patterndb_sketch.surfacing.network import CurveId, CurveNetwork, Cycle, InvalidNetworkError
@@ -153,6 +153,14 @@ def _walks_named(name: CurveId, walks: Walks) -> Sequence[Sequence[Step]]:
         return walks[alike[0]]
     known = ", ".join(repr(one) for one in list(walks)[:8]) + (", …" if len(walks) > 8 else "")
     raise InvalidNetworkError(f"there is no curve {name!r}; curves are {known or 'none'}")
+
+
+def list_parts(network: CurveNetwork, names: Iterable[CurveId]) -> dict[CurveId, list[int]]:
+    """List for every name the numbers of the curves that have it as their id."""
+    parts: dict[CurveId, list[int]] = {name: [] for name in names}
+    for number, curve in enumerate(network.curves):
+        parts[curve.id].append(number)
+    return parts
 
 
 def parts_of(network: CurveNetwork) -> list[int | None]:

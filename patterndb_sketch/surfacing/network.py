@@ -209,8 +209,10 @@ def list_steps_at_nodes(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
 
 def drop_repeats(points: Points) -> Points:
     """The points of a polyline (k, 3) without those that repeat the one before."""
-    keep = np.r_[True, (points[1:] != points[:-1]).any(axis=1)]
-    return np.ascontiguousarray(points[keep])
+    differs = (points[1:] != points[:-1]).any(axis=1)
+    if differs.all():
+        return np.ascontiguousarray(points)
+    return np.concatenate([points[:1], points[1:][differs]])
 
 
 def measure_turning(points: Points) -> NDArray[np.float64]:
@@ -233,6 +235,25 @@ def total_length(network: CurveNetwork, curves: Sequence[int]) -> float:
 
 
 @dataclass(frozen=True, slots=True)
+class CurveJoin:
+    """Two curves, or one with itself, that were joined ``gap`` apart at ``place`` (3,), halfway."""
+
+    curves: tuple[CurveId, CurveId]
+    place: Points = field(repr=False)
+    gap: float
+
+
+@dataclass(frozen=True, slots=True)
+class LooseEnd:
+    """An end of ``curve`` at ``place`` (3,) where nothing goes on, ``gap`` from ``other``."""
+
+    curve: CurveId
+    place: Points = field(repr=False)
+    other: CurveId
+    gap: float
+
+
+@dataclass(frozen=True, slots=True)
 class Drawing:
     """A network as a file has it.
 
@@ -241,11 +262,15 @@ class Drawing:
              empty if the file does not say. A curve that a later one splits is in its parts
              from the start.
     notes:   what was left out or changed on the way, a sentence each.
+    joins:   joins of curves that do not meet exactly, the farthest apart first.
+    loose:   ends where nothing goes on that are near another curve, the farthest off first.
     """
 
     network: CurveNetwork
     stages: tuple[tuple[int, ...], ...] = ()
     notes: tuple[str, ...] = ()
+    joins: tuple[CurveJoin, ...] = ()
+    loose: tuple[LooseEnd, ...] = ()
 
     def after(self, n_stages: int) -> CurveNetwork:
         """The network as it was after some stages, 0 to all: their curves, in their order.

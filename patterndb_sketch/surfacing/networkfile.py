@@ -42,8 +42,9 @@ def read_network(path: Path | str, tolerance: float | None = None) -> CurveNetwo
     """The network in a file, with the cycles that the file gives.
 
     tolerance: how far apart curves may pass and still meet, in the network's unit; by default
-    what the file says, else :data:`patterndb_sketch.surfacing.joining.polylines.SAME_PLACE` of
-    the diagonal. Only for files that leave it open where curves meet.
+    what the file says, else it follows from by how much the curves miss each other (see
+    :func:`patterndb_sketch.surfacing.joining.junctions.join_polylines`). Only for files that leave
+    it open where curves meet.
 
     Raises InvalidNetworkError that names the file and the place in it, says what is wrong there
     and what would mend it; OSError as reading does.
@@ -71,8 +72,7 @@ def parse_drawing(data: bytes, tolerance: float | None = None) -> Drawing:
         document = parse_json(data, InvalidNetworkError, "a network")
         if not is_stroke_graph(document):
             return drawing_of(document, tolerance)
-        _refuse_tolerance(tolerance)
-        return stroke_graph_drawing(document)
+        return stroke_graph_drawing(document, tolerance)
     words = NumberWords(data)
     if words.peek() == "v":
         return polylines_drawing(words, tolerance)

@@ -11,16 +11,25 @@ from typing import Any
 import numpy as np
 import pytest
 from networkfile_cases import bezier, change, document, drawing, parsed, square_graph
+from scipy.spatial import KDTree
 from shared import SHARED
 
-from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length, sample_polyline
 from patterndb_sketch.surfacing.joining.meetings import measure_deviation
-from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_turning
+from patterndb_sketch.surfacing.network import (
+    CurveNetwork,
+    InvalidNetworkError,
+    measure_turning,
+)
 from patterndb_sketch.surfacing.networkfile import (
     parse_drawing,
     read_drawing,
     read_recorded_patches,
 )
+
+#: By how much joining may move curves, as a share of the diagonal.
+REACH = 0.04
 
 CURVES = SHARED / "data" / "curves"
 GRAPHS = sorted((CURVES / "cassie" / "graph").glob("*.json"))
@@ -28,45 +37,45 @@ STROKES = sorted((CURVES / "cassie" / "strokes").glob("*.curves"))
 TREBOL = CURVES / "salvi" / "trebol_network.json"
 
 
+def sample_network(network: CurveNetwork, spacing: float) -> Points:
+    """Points on all curves of a network, about so far apart."""
+    return np.concatenate(
+        [sample_polyline(c.points, 1 + int(4 * c.length / spacing)) for c in network.curves]
+    )
+
+
 class TestStrokeGraphs:
     @pytest.mark.parametrize("path", GRAPHS, ids=lambda path: path.stem)
     def test_curves_are_the_segments(self, path: Path) -> None:
-        network, graph = drawing(path).network, document(path)
-        assert network.cycles == ()
-        curves = {curve.id: curve for curve in network.curves}
-        left_out = 0
+        drawn, graph = drawing(path), document(path)
+        assert drawn.network.cycles == ()
+        whole = np.concatenate([curve.points for curve in drawn.network.curves])
+        reach = REACH * float(np.linalg.norm(np.ptp(whole, axis=0)))
+        stroke_of = {segment["id"]: segment["stroke_id"] for segment in graph["segments"]}
+        assert all(curve.stroke == stroke_of[curve.id] for curve in drawn.network.curves)
+        tree = KDTree(sample_network(drawn.network, reach))
+        segments: dict[int, Points] = {}
         for segment in graph["segments"]:
             control = np.array(segment["ctrl_pts"], float)
-            curve = curves.pop(segment["id"], None)
-            if curve is None:
-                assert np.ptp(control.reshape(-1, 3), axis=0).max() == 0
-                left_out += 1
+            if np.ptp(control.reshape(-1, 3), axis=0).max() == 0:
+                assert any(f"segment {segment['id']} has no length" in n for n in drawn.notes)
                 continue
-            assert curve.stroke == segment["stroke_id"]
-            parts = [bezier(piece) for piece in control]
-            length = sum(float(arc_length(part)[-1]) for part in parts)
-            # Ends move by up to 0.001, and chords are a little shorter than arcs.
-            assert curve.length == pytest.approx(length, rel=2e-3, abs=3e-3)
-            # The same curve apart from that, and nowhere a corner that it does not have.
-            assert measure_deviation(curve.points, np.concatenate(parts)) < 2e-3 * length + 1e-3
-            if len(parts) == 1 and curve.length > 0.02:
-                turning = measure_turning(curve.points)
-                drawn = measure_turning(parts[0])
-                assert (turning > math.radians(20)).sum() <= (drawn > math.radians(2)).sum()
-        assert not curves
-        assert len(drawing(path).notes) == left_out
+            points = np.concatenate([bezier(piece) for piece in control])
+            segments[segment["id"]] = points
+            # Every segment is there, but for overshoots, and curves do not leave their segments.
+            assert np.quantile(tree.query(points)[0], 0.9) <= reach
+        for curve in drawn.network.curves:
+            assert isinstance(curve.id, int)
+            assert measure_deviation(curve.points, segments[curve.id]) <= reach
 
     @pytest.mark.parametrize("path", GRAPHS, ids=lambda path: path.stem)
-    def test_curves_meet_at_the_nodes_of_the_graph(self, path: Path) -> None:
+    def test_curves_meet_where_segments_do(self, path: Path) -> None:
         network, graph = drawing(path).network, document(path)
-        place = {node["id"]: node["position"] for node in graph["nodes"]}
-        curves = {curve.id: curve for curve in network.curves}
-        for segment in graph["segments"]:
-            if segment["id"] in curves:
-                ends = curves[segment["id"]].points[[0, -1]]
-                assert ends.tolist() == [place[node] for node in segment["nodes"]]
-        if not drawing(path).notes:
-            assert network.nodes.tolist() == [node["position"] for node in graph["nodes"]]
+        reach = REACH * np.linalg.norm(np.ptp(network.nodes, axis=0))
+        ends = [np.array(s["ctrl_pts"], float).reshape(-1, 3)[[0, -1]] for s in graph["segments"]]
+        gaps = KDTree(network.nodes).query(np.concatenate(ends))[0]
+        # Some ends lie on pieces that are there twice, or are overshoots.
+        assert (gaps <= reach).mean() >= 0.9
 
     @pytest.mark.parametrize("path", GRAPHS, ids=lambda path: path.stem)
     def test_stages_are_the_strokes_in_their_order(self, path: Path) -> None:
@@ -93,9 +102,10 @@ class TestStrokeGraphs:
                 steps = np.diff(control[0], axis=0)
                 if (steps @ (control[0, -1] - control[0, 0])).min() <= 0:
                     continue
-                (curve,) = (c for c in network.curves if c.id == segment["id"])
-                if curve.length > 0.05:
-                    assert measure_turning(curve.points).max(initial=0) < math.radians(8)
+                for curve in network.curves:
+                    # Where a piece moves to its nodes, short ones turn more.
+                    if curve.id == segment["id"] and curve.length > 0.3:
+                        assert measure_turning(curve.points).max(initial=0) < math.radians(10)
 
     def test_recorded_patches(self) -> None:
         for path in GRAPHS:
@@ -127,8 +137,19 @@ class TestStrokeGraphs:
         change(graph, place, value)
         with pytest.raises(InvalidNetworkError, match=message):
             parsed(graph)
-        with pytest.raises(InvalidNetworkError, match="tolerance has nothing to do"):
-            parse_drawing(json.dumps(square_graph()).encode(), tolerance=0.1)
+
+    def test_a_tolerance_joins_segments_that_the_graph_leaves_apart(self) -> None:
+        graph = json.loads(json.dumps(square_graph()))
+        # A node of its own, a tenth of the square away from the one that it was at.
+        last = graph["segments"][-1]
+        x, y, _ = last["ctrl_pts"][-1][-1]
+        last["ctrl_pts"][-1][-1] = [x, y, 0.1]
+        last["nodes"][-1] = 99
+        graph["nodes"].append({"id": 99, "position": [x, y, 0.1]})
+        data = json.dumps(graph).encode()
+        apart, joined = parse_drawing(data), parse_drawing(data, tolerance=0.15)
+        assert len(joined.network.nodes) == len(apart.network.nodes) - 1
+        assert [join.gap for join in joined.joins] == pytest.approx([0.1])
 
 
 class TestStrokeLists:
@@ -136,7 +157,7 @@ class TestStrokeLists:
     def test_strokes_are_all_there(self, path: Path) -> None:
         lines = path.read_text().splitlines()
         points = [list(map(float, line.split())) for line in lines if line[:1] != "v"]
-        drawn = read_drawing(path)
+        drawn = read_drawing(path, tolerance=0.0)
         assert len(drawn.stages) == len(lines) - len(points)
         length = sum(curve.length for curve in drawn.network.curves)
         left_out = 0.0
@@ -144,11 +165,11 @@ class TestStrokeLists:
         for first, last in pairwise(starts):
             part = np.array([list(map(float, line.split())) for line in lines[first + 1 : last]])
             left_out += float(arc_length(part)[-1])
-        assert length == pytest.approx(left_out, rel=1e-4)
+        assert length == pytest.approx(left_out, rel=5e-4)
 
     @pytest.mark.parametrize("path", STROKES, ids=lambda path: path.stem)
     def test_drawn_by_hand_they_meet_within_a_tolerance(self, path: Path) -> None:
-        exact, drawn = read_drawing(path), read_drawing(path, tolerance=0.01)
+        exact, drawn = read_drawing(path, tolerance=0.0), read_drawing(path)
         ends = [np.concatenate([c.nodes for c in one.network.curves]) for one in (exact, drawn)]
         meeting = [int((np.bincount(of) >= 3).sum()) for of in ends]
         assert meeting[1] > meeting[0]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.surfacing.cycles.chains import ChainedNetwork, chain_curves
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
@@ -51,7 +52,7 @@ RIVALS = 14
 
 #: The worst badness of a cycle of an open surface. Higher finds more of the patches that are
 #: meant, and more that are not.
-WORST = 0.8
+WORST = 0.85
 
 #: Where nothing so good is chosen among all the curves that hang together, cycles so many times
 #: as bad are taken: each of the strips of a pipe that bend by 180 degrees has 0.9, a strip that is
@@ -137,7 +138,8 @@ def find_cycles(
     _check(network, added, banned)
     if not network.curves:
         return FoundCycles(())
-    own = order_network(network)
+    chained = chain_curves(network, find_dangling(network))
+    own = _Unchained(order_network(chained.network), chained)
     gone = find_dangling(own.network)
     halves = list_half_curves(own.network, ~gone)
     found, cut_short = find_candidate_cycles(own.network, halves, closings)
@@ -170,7 +172,25 @@ def find_cycles(
     )
 
 
-def _sort_there(own: OrderedNetwork, cycles: Sequence[Cycle]) -> list[Cycle]:
+@dataclass(frozen=True, slots=True)
+class _Unchained:
+    """The order of a chained network, seen from the network before that."""
+
+    ordered: OrderedNetwork
+    chained: ChainedNetwork
+
+    @property
+    def network(self) -> CurveNetwork:
+        return self.ordered.network
+
+    def there(self, cycle: Cycle) -> Cycle:
+        return self.chained.there(self.ordered.there(cycle))
+
+    def here(self, cycle: Cycle) -> Cycle:
+        return self.ordered.here(self.chained.here(cycle))
+
+
+def _sort_there(own: _Unchained, cycles: Sequence[Cycle]) -> list[Cycle]:
     """The cycles in the network that came in, in its order."""
     return sorted(map(own.there, cycles), key=lambda cycle: cycle.key)
 

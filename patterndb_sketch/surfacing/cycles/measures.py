@@ -68,6 +68,10 @@ CUTS = 3.0
 #: every node: a section of what they outline, such as a ring around a tube or a great circle.
 SECTION = 1.0
 
+#: Badness of a cycle that goes straight on at every node, where two other curves do so across it: a
+#: section, too, whatever surface spans it. It grows from nothing as curves bend there.
+CROSSED = 2.0
+
 #: Badness per stroke of the cycle, and per corner beyond four.
 STROKE = 0.05
 CORNER = 0.15
@@ -105,6 +109,9 @@ class CycleMeasures:
               within the surface, falling to 0 at 45 degrees off it and at a side of the cycle.
     section:  (k,) how far curves leave to both sides of the surface, at the node where they do so
               least: 1 where all are at right angles to it, 0 at 30 degrees.
+    crossed:  (k,) the mean, over its nodes, of how straight the cycle goes on there (the squared
+              cosine of its turning), times how straight two others go on across it (likewise, times
+              the least sine to the cycle).
     inward:   (s, 3) unit vectors: at each step, where the surface lies, across the curve.
     """
 
@@ -115,6 +122,7 @@ class CycleMeasures:
     corners: Floats = field(repr=False)
     cuts: Floats = field(repr=False)
     section: Floats = field(repr=False)
+    crossed: Floats = field(repr=False)
     inward: Points = field(repr=False)
 
 
@@ -135,7 +143,7 @@ def measure_cycles(
     leaving = units(leaving)
     steps = np.array([2 * c + back for cycle in cycles for c, back in cycle.steps], np.int64)
     first = np.r_[0, np.cumsum([len(cycle.steps) for cycle in cycles])]
-    values = np.zeros((len(cycles), 7))
+    values = np.zeros((len(cycles), 8))
     inward = np.zeros((len(steps), 3))
     for i, (a, b) in enumerate(pairwise(first.tolist())):
         _measure(
@@ -149,9 +157,11 @@ def measure_cycles(
             values[i],
             inward[a:b],
         )
-    length, flatness, area, bending, corners, cuts, section = np.ascontiguousarray(values.T)
+    length, flatness, area, bending, corners, cuts, section, crossed = np.ascontiguousarray(
+        values.T
+    )
     length, area = np.ldexp(length, size), np.ldexp(area, 2 * size)
-    return CycleMeasures(length, flatness, area, bending, corners, cuts, section, inward)
+    return CycleMeasures(length, flatness, area, bending, corners, cuts, section, crossed, inward)
 
 
 def _edges(points: Points, closed: bool) -> int:
@@ -173,7 +183,7 @@ def _measure(
     values: Floats,
     inward: Points,
 ) -> None:
-    """Write the measures of one cycle to values (7,) and inward (len(steps), 3)."""
+    """Write the measures of one cycle to values (8,) and inward (len(steps), 3)."""
     at, corner = gather_samples(steps, samples, offsets)
     n = len(at)
     middle, length = _middle(at)
@@ -209,7 +219,27 @@ def _measure(
                 sine = tangents[other] @ normal
                 above, below = max(above, sine), max(below, -sine)
         values[5] += worst
+        values[7] += _crossed(tangents, out, back, leaving[first[node] : first[node + 1]]) / m
         values[6] = min(values[6], max(0.0, 2.0 * min(above, below) - 1.0))
+
+
+@kernel
+def _crossed(tangents: Points, out: int, back: int, leaving: Int64Array) -> float:
+    """How straight a cycle goes on at a node, times how straight two others cross it there."""
+    straight = max(0.0, -float(tangents[out] @ tangents[back])) ** 2
+    most = 0.0
+    for i in range(len(leaving)):
+        for k in range(i):
+            a, b = leaving[i], leaving[k]
+            if (a >> 1) in (out >> 1, back >> 1) or (b >> 1) in (out >> 1, back >> 1):
+                continue
+            across = max(0.0, -float(tangents[a] @ tangents[b])) ** 2
+            along = 0.0
+            for other in (a, b):
+                for own in (out, back):
+                    along = max(along, abs(float(tangents[other] @ tangents[own])))
+            most = max(most, across * math.sqrt(max(0.0, 1.0 - along * along)))
+    return straight * most
 
 
 @kernel
@@ -374,6 +404,7 @@ def rate_badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -
         + BENDING * np.minimum(measures.bending, MOST_BENDING)
         + CUTS * measures.cuts / n_curves
         + SECTION * measures.section
+        + CROSSED * measures.crossed
         + STROKE * n_strokes
         + CORNER * np.where(measures.flatness < FLAT, 0.0, more_corners)
         + NARROWNESS * np.clip(narrowness, 0.0, MOST_NARROWNESS)

@@ -23,6 +23,9 @@ SIDES = 2
 LIKELY = 0.3
 LEAST_LIKELY = 60
 
+#: If their choice is worth less than the bound by this part of it, all are solved.
+SHORT = 0.01
+
 #: What may be spent on the question whether others would be better, as a part of the effort, and of
 #: how many candidates, as a part of all: with more of them it is seldom enough.
 PROOF = 0.05
@@ -89,6 +92,11 @@ def solve_packing(
         return _solve(packing, usable, None, effort)
     chosen, proven = found
     value = packing.weigh(chosen)
+    if value < bounds.best - SHORT * abs(bounds.best):
+        # So few may not suffice: where all usable ones are meant, they are too few.
+        every = _solve(packing, usable, None, effort)
+        if every is not None and packing.weigh(every[0]) > value + UNIT:
+            return every
     better = [i for i in usable if i in must or most[i] > value + UNIT]
     if likely.issuperset(better):
         return chosen, proven

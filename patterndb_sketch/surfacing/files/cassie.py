@@ -8,8 +8,9 @@
                           "strokes": [2, 3, 5]}, ...]}
 
 A segment is what lies of a stroke between two nodes: cubic Beziers in a row, or a straight line
-with two points. It becomes a curve, the stroke its stroke. Where curves meet is taken as the
-file has it. Strokes were drawn in the order of their numbers: each is a stage.
+with two points. It becomes a curve, the stroke its stroke. Where curves meet is found as in any
+other drawing: the nodes of the file leave out many places where strokes meet. Strokes were drawn in
+the order of their numbers: each is a stage.
 """
 
 from __future__ import annotations
@@ -18,26 +19,17 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
-from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.files.splines import polylines_of
+from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
     as_places,
     measure_diagonal,
-    move_ends,
 )
-from patterndb_sketch.surfacing.network import (
-    Curve,
-    CurveNetwork,
-    Drawing,
-    InvalidNetworkError,
-    drop_repeats,
-)
+from patterndb_sketch.surfacing.network import Drawing, InvalidNetworkError
 
 KEYS = ("strokes", "segments", "nodes", "patches_created")
 STROKE_KEYS = ("id", "segments")
@@ -80,11 +72,12 @@ class _Segment:
     points: Points
 
 
-def stroke_graph_drawing(document: JsonValue) -> Drawing:
-    """The drawing in a stroke graph; curves are named by their segments' ids.
+def stroke_graph_drawing(document: JsonValue, tolerance: float | None = None) -> Drawing:
+    """Return the drawing in a stroke graph; curves are named by their segments' ids.
 
-    A segment without length has its two nodes at one place: they become one node, and it is
-    left out. Raises InvalidNetworkError that names the place in the document.
+    tolerance: how far apart curves may pass and still meet; by default it follows from the drawing.
+    A segment without length is left out. Raises InvalidNetworkError that names the place in the
+    document.
     """
     entries = document.entries(KEYS)
     numbers: dict[int, int] = {}
@@ -101,24 +94,23 @@ def stroke_graph_drawing(document: JsonValue) -> Drawing:
     diagonal = measure_diagonal([segment.points for segment in segments])
     for segment in segments:
         _check_ends(segment, nodes, NEAR_NODE * diagonal)
-    joining = [one for one in segments if _extent(one) <= SAME_PLACE * diagonal]
-    number, kept = _merged(len(nodes), [one.nodes for one in joining])
-    curves: list[Curve] = []
-    for segment in segments:
-        if _extent(segment) <= SAME_PLACE * diagonal:
-            continue
-        first, last = (int(number[node]) for node in segment.nodes)
-        points = move_ends(drop_repeats(segment.points), nodes[kept[first]], nodes[kept[last]])
-        if len(points) < 2:
-            segment.entry.fail("nothing is left of the segment between its nodes; leave it out")
-        strokes[segment.stroke].append(len(curves))
-        curves.append(Curve(points, (first, last), segment.name, segment.stroke))
+    kept = [segment for segment in segments if _extent(segment) > SAME_PLACE * diagonal]
+    found = join_polylines(
+        [segment.points for segment in kept],
+        [segment.name for segment in kept],
+        [segment.stroke for segment in kept],
+        tolerance,
+    )
+    for number, curve in enumerate(found.network.curves):
+        assert isinstance(curve.stroke, int)
+        strokes[curve.stroke].append(number)
     notes = tuple(
-        f"segment {one.name} has no length and was left out; the nodes where it ends are one"
-        for one in joining
+        f"segment {segment.name} has no length and was left out"
+        for segment in segments
+        if _extent(segment) <= SAME_PLACE * diagonal
     )
     stages = tuple(tuple(strokes[stroke]) for stroke in sorted(strokes))
-    return Drawing(CurveNetwork(tuple(curves), nodes[kept]), stages, notes)
+    return Drawing(found.network, stages, (*notes, *found.notes), found.joins, found.loose)
 
 
 def recorded_patches(document: JsonValue) -> tuple[RecordedPatch, ...]:
@@ -201,18 +193,6 @@ def _check_ends(segment: _Segment, nodes: Points, reach: float) -> None:
 
 def _extent(segment: _Segment) -> float:
     return float(np.linalg.norm(np.ptp(segment.points, axis=0)))
-
-
-def _merged(n_nodes: int, pairs: list[tuple[int, int]]) -> tuple[Int64Array, Int64Array]:
-    """Nodes made one: for every node its new number, and for every new one the first old one."""
-    ends = np.array(pairs, np.int64).reshape(-1, 2).T
-    links = coo_array((np.ones(len(pairs), bool), (ends[0], ends[1])), shape=(n_nodes, n_nodes))
-    labels = connected_components(links, directed=False)[1]
-    _, first, label = np.unique(labels, return_index=True, return_inverse=True)
-    order = np.argsort(first)
-    number = np.empty(len(order), np.int64)
-    number[order] = np.arange(len(order))
-    return number[label.reshape(-1)], first[order]
 
 
 def _listed(document: JsonValue, entries: dict[str, JsonValue], key: str) -> list[JsonValue]:

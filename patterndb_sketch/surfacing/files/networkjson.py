@@ -9,7 +9,8 @@
 curves: the curves as drawn, each once; id is its place in the list and stroke its id where they
 are left out. They meet where
 :func:`patterndb_sketch.surfacing.joining.junctions.join_polylines` finds it, within the
-tolerance. cycles: the patches, each the ids of its curves in the order of a closed walk;
+tolerance, or if there is none within one that follows from the drawing.
+cycles: the patches, each the ids of its curves in the order of a closed walk;
 "reversed" may say the sense, "part" which of the parts that nodes split the curve into, counted
 from 0; else :func:`patterndb_sketch.surfacing.naming.named_cycle` finds both. stages: the ids
 of the curves drawn in every stage.
@@ -38,7 +39,7 @@ from patterndb.system.documents import (
     Polyline,
     complete_points,
 )
-from patterndb_sketch.surfacing.joining.junctions import join_polylines
+from patterndb_sketch.surfacing.joining.junctions import JoinedCurves, join_polylines
 from patterndb_sketch.surfacing.joining.polylines import (
     as_curve,
     as_places,
@@ -49,6 +50,7 @@ from patterndb_sketch.surfacing.naming import (
     NamedCurve,
     Step,
     Walks,
+    list_parts,
     named_cycle,
     parts_of,
     walks_of,
@@ -122,7 +124,7 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
             )
         network = _at_given_nodes(document, entries.nodes, drawn, polylines, ids, strokes)
         walks: Walks = walks_of(network)
-        notes: tuple[str, ...] = ()
+        found = JoinedCurves(network, ())
     else:
         for i, one in enumerate(drawn):
             if one.nodes is not UNSET:
@@ -134,15 +136,16 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
         found = join_polylines(polylines, ids=ids, strokes=strokes, tolerance=tolerance)
         network = found.network
         walks = {name: [walk] if walk else [] for name, walk in zip(ids, found.walks, strict=True)}
-        notes = found.notes
     cycles: list[Cycle] = []
     for i, cycle in enumerate(entries.cycles):
         with document.at("cycles", i).named():
             cycles.append(named_cycle(network, [_named(step) for step in cycle], walks))
+    parts = list_parts(network, ids)
     stages = [
-        _stage(document.at("stages", i), stage, walks) for i, stage in enumerate(entries.stages)
+        _stage(document.at("stages", i), stage, parts) for i, stage in enumerate(entries.stages)
     ]
-    return Drawing(CurveNetwork(network.curves, network.nodes, tuple(cycles)), tuple(stages), notes)
+    whole = CurveNetwork(network.curves, network.nodes, tuple(cycles))
+    return Drawing(whole, tuple(stages), found.notes, found.joins, found.loose)
 
 
 def network_document(
@@ -218,12 +221,14 @@ def _named(step: CurveId | StepEntries) -> NamedCurve:
     return NamedCurve(step.curve, backward, None if step.part is UNSET else step.part)
 
 
-def _stage(place: JsonValue, names: list[CurveId], walks: Walks) -> tuple[int, ...]:
+def _stage(
+    place: JsonValue, names: list[CurveId], parts: dict[CurveId, list[int]]
+) -> tuple[int, ...]:
     drawn: list[int] = []
     for i, name in enumerate(names):
-        if name not in walks:
+        if name not in parts:
             place.at(i).fail(f"there is no curve {name!r}; name curves by their ids")
-        drawn += [curve for walk in walks[name] for curve, _ in walk]
+        drawn += parts[name]
     return tuple(dict.fromkeys(drawn))
 
 

@@ -20,6 +20,7 @@ from patterndb_sketch.surfacing.joining.polylines import (
     measure_diagonal,
     move_ends,
 )
+from patterndb_sketch.surfacing.naming import list_parts
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveNetwork,
@@ -141,8 +142,9 @@ def polylines_drawing(words: NumberWords, tolerance: float | None = None) -> Dra
         count = words.count("the number of points", 2, words_each=3)
         polylines.append(as_curve(words.points(count, name), name))
     found = join_polylines(polylines, tolerance=tolerance)
-    stages = tuple(tuple(dict.fromkeys(curve for curve, _ in walk)) for walk in found.walks)
-    return Drawing(found.network, stages, found.notes)
+    parts = list_parts(found.network, range(len(polylines)))
+    stages = tuple(tuple(parts[number]) for number in range(len(polylines)))
+    return Drawing(found.network, stages, found.notes, found.joins, found.loose)
 
 
 def loop_network(words: NumberWords) -> CurveNetwork:

@@ -1,59 +1,82 @@
 """Networks from curves as drawn: where they meet is found, and they are cut there.
 
-Places that meet (see :mod:`patterndb_sketch.surfacing.joining.meetings`) become one node, and so do
-neighbours on a curve that are no further apart than the tolerance:
+First curves meet where they do so exactly: within SAME_PLACE of the diagonal, or where the smooth
+curves meet that their samples stand for (:mod:`.sagittas`). Nothing undoes that. Then the smooth
+curves are followed finely (:mod:`.following`), and those that come near each other meet if that is
+meant (:mod:`.selection`): within a tolerance that follows from the drawing (:mod:`.survey`), or
+within one that is given. Strokes drawn twice are recognised (:mod:`.duplicates`), and all joined
+places become nodes (:mod:`.cuts`):
 
-- ends that meet become one node, at their mean;
+- ends that meet become one node, at their mean, unless curves meet there exactly;
 - an end that meets another curve on its way moves onto it, and cuts it there;
 - curves that cross, or pass within the tolerance, are cut both, as is a curve that crosses itself;
 - what a curve has beyond its last node, no longer than the tolerance, is an overshoot and is
   left out; so is a piece that returns to its node within two tolerances;
 - of pieces that run from the same node to the same node within two tolerances of each other all
-  but one are left out: that of the longest curve stays;
-- a curve whose two ends meet each other alone is closed, and is cut where others meet it alone.
+  except one are left out: that of the longest curve stays, or one that is drawn exactly;
+- a curve whose two ends meet only each other is closed, and is cut only where others meet it.
 
-Without a tolerance curves meet where those that their samples stand for do
-(:mod:`patterndb_sketch.surfacing.joining.sagittas`).
+A curve is *drawn exactly* if it is open and both of its ends lie exactly on others as drawn. Two
+such curves meet where they meet exactly, and nowhere else, whatever the tolerance. They do not
+move.
 
-What curves move by to reach their nodes is spread along their pieces. What is left out is told.
-The result does not depend on the order and the senses in which the curves are given.
+What curves move by to reach their nodes is spread along their pieces. What is left out is reported,
+as are joins of curves that do not meet exactly, with their distances. The result does not depend on
+the order, the directions and the unit in which the curves are given.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from patterndb_sketch.surfacing.joining.looseends import (
-    LooseEnd,
-    find_loose_ends,
-    tell_loose_ends,
+from patterndb_sketch.surfacing.joining.cuts import CurveCuts, cut_curves
+from patterndb_sketch.surfacing.joining.duplicates import (
+    Stretches,
+    carry_cuts_over,
+    find_duplicates,
+    find_stretches,
+    is_on_duplicate,
+    is_within_duplicate,
 )
-from patterndb_sketch.surfacing.joining.meetings import find_joins, measure_deviation
+from patterndb_sketch.surfacing.joining.following import FollowedCurves, follow_curves
+from patterndb_sketch.surfacing.joining.looseends import describe_loose_ends, find_loose_ends
+from patterndb_sketch.surfacing.joining.meetings import Joins, measure_deviation
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
+    PackedCurves,
     as_curve,
     measure_diagonal,
     move_ends,
 )
 from patterndb_sketch.surfacing.joining.sagittas import join_smooth_crossings
+from patterndb_sketch.surfacing.joining.selection import LOOSE, select_joins
+from patterndb_sketch.surfacing.joining.survey import (
+    Survey,
+    find_approaches,
+    find_settled_curves,
+    survey_drawing,
+    take_tolerance,
+)
 from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveId,
+    CurveJoin,
     CurveNetwork,
     InvalidNetworkError,
+    LooseEnd,
     drop_repeats,
 )
 
@@ -65,8 +88,9 @@ SAME_PIECE = 2.0
 #: A node whose curves moved further than so many tolerances to reach it is told.
 CROWDED = 2.0
 
-#: Less than this share of the diagonal is rounding, and not told as left out.
+#: Less than this share of the diagonal is rounding.
 ROUNDING = 1e-12
+
 _WHY: dict[Reason, str] = {
     "overshoot": "goes on beyond a node by less than the tolerance; that was left out",
     "nothing": "has a piece that stays within the tolerance of one node; it was left out",
@@ -120,6 +144,8 @@ class JoinedCurves:
     left_out: the parts of curves that are not in the network.
     crowded:  nodes that gather places further apart than the tolerance, one by one.
     loose:    ends where nothing goes on that are near another curve, the farthest off first.
+    joins:    joins of curves that do not meet exactly, the farthest apart first.
+    tolerance: how far apart curves may be and still meet.
     """
 
     network: CurveNetwork
@@ -127,12 +153,25 @@ class JoinedCurves:
     left_out: tuple[OmittedPart, ...] = ()
     crowded: tuple[CrowdedNode, ...] = ()
     loose: tuple[LooseEnd, ...] = ()
+    joins: tuple[CurveJoin, ...] = ()
+    tolerance: float = 0.0
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out or crowded together, a sentence each, and what stops short."""
-        told = tuple(map(str, (*self.left_out, *self.crowded)))
-        return (*told, tell_loose_ends(self.loose)) if self.loose else told
+        """What was joined, left out or crowded together, and what stops short, in sentences."""
+        joins = (describe_joins(self.joins),) if self.joins else ()
+        loose = (describe_loose_ends(self.loose),) if self.loose else ()
+        return (*joins, *map(str, (*self.left_out, *self.crowded)), *loose)
+
+
+def describe_joins(joins: Sequence[CurveJoin]) -> str:
+    """Describe how many joins bridge gaps, and where the widest gap is."""
+    widest = joins[0]
+    x, y, z = widest.place
+    one, other = widest.curves
+    one_join = "a join of curves bridges a gap of "
+    many = f"{len(joins):,} joins of curves bridge gaps of up to " if len(joins) > 1 else one_join
+    return f"{many}{widest.gap:.3g} (curves {one!r} and {other!r} at {x:.4g}, {y:.4g}, {z:.4g})"
 
 
 def network_of_polylines(
@@ -141,7 +180,7 @@ def network_of_polylines(
     strokes: Sequence[CurveId] | None = None,
     tolerance: float | None = None,
 ) -> CurveNetwork:
-    """Make the network of drawn curves; :func:`join_polylines` also tells what was left out."""
+    """Make the network of drawn curves; :func:`join_polylines` also reports what was left out."""
     return join_polylines(polylines, ids, strokes, tolerance).network
 
 
@@ -156,9 +195,8 @@ def join_polylines(
     polylines: each (k, 3) or (k, 2), open or closed (its end is its beginning). ids: their
     names, all different; by default 0, 1, ... strokes: the strokes they are parts of, by
     default the ids. tolerance: how far apart curves may pass and still meet, in the unit of the
-    points; by default SAME_PLACE of the diagonal, and between samples of smooth curves what these
-    leave out, for curves from programs; strokes drawn by hand need a hundredth of the diagonal or
-    so.
+    points; by default it follows from by how much the drawn curves miss each other. It adds to what
+    meets exactly; curves that are drawn exactly meet each other nowhere else.
 
     Raises InvalidNetworkError for polylines without length or with points that are not finite,
     ids that are there twice, a tolerance that is no length, and if nothing is left.
@@ -175,9 +213,7 @@ def join_polylines(
         raise InvalidNetworkError(f"the curve id {twice[0]!r} is there twice; give each its own")
     drawn = [as_curve(line, f"curve {n!r}") for line, n in zip(polylines, names, strict=True)]
     diagonal = measure_diagonal(drawn)
-    sampled = tolerance is None
-    tolerance = SAME_PLACE * diagonal if tolerance is None else tolerance
-    if not (math.isfinite(tolerance) and tolerance >= 0):
+    if tolerance is not None and not (math.isfinite(tolerance) and tolerance >= 0):
         raise InvalidNetworkError(f"the tolerance is {tolerance}; give a length of 0 or more")
     if not drawn:
         return JoinedCurves(CurveNetwork((), np.empty((0, 3))), ())
@@ -188,14 +224,14 @@ def join_polylines(
         [np.ldexp(points, -exponent) for points in drawn],
         names,
         of_strokes,
-        math.ldexp(tolerance, -exponent),
+        None if tolerance is None else math.ldexp(tolerance, -exponent),
         exponent,
-        sampled,
     )
     if not result.network.curves:
+        mend = "draw more of them" if tolerance is None else "give a smaller tolerance"
         raise InvalidNetworkError(
-            f"at a tolerance of {tolerance:g} nothing is left of {len(drawn)} curves of "
-            f"{diagonal:.3g} across; make it smaller"
+            f"nothing is left of {len(drawn)} curves of {diagonal:.3g} across when what lies "
+            f"within {result.tolerance:g} is joined; {mend}"
         )
     return result
 
@@ -204,217 +240,289 @@ def _join(
     drawn: list[Points],
     names: list[CurveId],
     strokes: list[CurveId],
-    tolerance: float,
+    tolerance: float | None,
     exponent: int,
-    sampled: bool,
 ) -> JoinedCurves:
-    lines, order, turned = order_curves(drawn)
-    if sampled:
-        lines = join_smooth_crossings(lines, tolerance)
-    alongs = [arc_length(points) for points in lines]
-    for number, along in zip(order, alongs, strict=True):
-        if along[-1] == 0:
-            raise InvalidNetworkError(f"curve {names[number]!r} is nothing beside the others")
-    cuts = find_cuts(lines, alongs, tolerance)
-    nodes = find_nodes(lines, alongs, cuts)
-    pieces: list[Piece] = []
-    runs: list[list[int]] = []
+    diagonal = measure_diagonal(drawn)
+    exact = SAME_PLACE * diagonal
+    lines, order, turned = order_curves(drawn, ROUNDING * diagonal)
+    found = _find_cuts(lines, exact, diagonal, tolerance)
+    curves, cuts, survey = found.followed.curves, found.cuts, found.survey
+    for number, last in zip(order, curves.lasts.tolist(), strict=True):
+        if last == 0.0:
+            raise InvalidNetworkError(f"curve {names[number]!r} has no length next to the others")
     left_out: list[list[OmittedPart]] = [[] for _ in drawn]
-    # What is less than the places that are one is nobody's concern.
-    least = tolerance if sampled else ROUNDING
 
     def leave(curve: int, reason: Reason, length: float, place: Points) -> None:
-        if length > least:
+        # Less than this is one place.
+        if length > exact:
             number = order[curve]
             place = np.ldexp(place, exponent)
             left = OmittedPart(names[number], reason, math.ldexp(length, exponent), place)
             left_out[number].append(left)
 
+    at_cuts = curves.locate(np.repeat(np.arange(len(curves)), np.diff(cuts.starts)), cuts.lengths)
+    reaches = SAME_PIECE * survey.reaches
+    least = SAME_PIECE * (exact if tolerance is None else survey.ends)
+    starts = curves.starts.tolist()
+    pieces: dict[int, Piece] = {}
+    runs: list[list[int]] = [[] for _ in lines]
     known: dict[tuple[int, int], list[int]] = {}
-    for curve, (points, along) in enumerate(zip(lines, alongs, strict=True)):
-        run: list[int] = []
-        of_curve = cuts[curve]
-        if len(of_curve) == 1:
-            leave(curve, "nothing", along[-1], points[0])
+    # What is drawn exactly first: it stays where another curve runs along it.
+    for curve in np.argsort(~survey.settled, kind="stable").tolist():
+        begin, end = starts[curve], starts[curve + 1]
+        at = slice(int(cuts.starts[curve]), int(cuts.starts[curve + 1]))
+        nodes = cuts.nodes[at].tolist()
+        cut = _CutCurve(
+            curves.points[begin:end],
+            curves.along[begin:end],
+            found.followed.drawn[begin:end],
+            cuts.lengths[at].tolist(),
+            at_cuts[at],
+            cuts.places[nodes[0]],
+        )
+        lengths, whole = cut.lengths, float(curves.lasts[curve])
+        if len(lengths) == 1:
+            leave(curve, "nothing", whole, cut.points[0])
         else:
-            leave(curve, "overshoot", of_curve[0].length, points[0])
-            leave(curve, "overshoot", along[-1] - of_curve[-1].length, points[-1])
-        for begin, end in pairwise(of_curve):
-            part = extract_part(points, along, begin.length, end.length)
-            length = end.length - begin.length
-            first, last = nodes[begin.node].place, nodes[end.node].place
-            reach = SAME_PIECE * tolerance
-            near = begin.node == end.node and np.linalg.norm(part - first, axis=1).max() <= reach
+            leave(curve, "overshoot", lengths[0], cut.points[0])
+            leave(curve, "overshoot", whole - lengths[-1], cut.points[-1])
+        reach = max(least, float(reaches[curve]))
+        pairs = list(pairwise(range(len(lengths))))
+        if len(pairs) > 1 and nodes[0] == nodes[-1] and cuts.counts[nodes[0]] == 2:
+            # Its ends meet only each other: a piece goes on from the last cut before to the first.
+            pairs = [*pairs[1:-1], (len(lengths) - 2, 1)]
+        for k, m in pairs:
+            first, last = cuts.places[nodes[k]], cuts.places[nodes[m]]
+            size = lengths[m] - lengths[k] + (0.0 if k < m else lengths[-1] - lengths[0])
+            part = cut.extract_piece(k, m, drawn_only=True)
+            near = False
+            if nodes[k] == nodes[m]:
+                # A curve that meets only itself is small, not nothing.
+                within = reach if len(lengths) > 2 else least
+                gaps = np.linalg.norm(cut.extract_piece(k, m) - first, axis=1)
+                near = bool(gaps.max() <= within)
             moved = part if near else move_ends(part, first, last)
-            if near or len(moved) < 2:
-                leave(curve, "nothing", length, part[0])
+            if near or np.abs(moved - moved[0]).max() <= ROUNDING * diagonal:
+                leave(curve, "nothing", size, part[0])
                 continue
-            piece = Piece(moved, (begin.node, end.node), length)
-            same = known.setdefault((min(piece.nodes), max(piece.nodes)), [])
-            piece.copy_of = find_copy(piece, same, pieces, reach)
+            ends_at = nodes[k], nodes[m]
+            follow = partial(cut.extract_piece, k, m)
+            piece = Piece(moved, ends_at, size, follow, bool(survey.settled[curve]))
+            same = known.setdefault((min(ends_at), max(ends_at)), [])
+            piece.copy_of = find_copy(piece, same, pieces, reach, SAME_PIECE * exact)
             if piece.copy_of is None:
                 same.append(len(pieces))
             else:
-                leave(curve, "twice", length, part[0])
-            run.append(len(pieces))
-            pieces.append(piece)
-        runs.append(run)
+                leave(curve, "twice", size, part[0])
+            runs[curve].append(len(pieces))
+            pieces[len(pieces)] = piece
     close_curves(runs, pieces)
-    told = tuple(left for of_curve in left_out for left in of_curve)
+    left = tuple(part for of_curve in left_out for part in of_curve)
     network, walks, numbers = number_pieces(
-        pieces, runs, nodes, order, turned, names, strokes, exponent
+        pieces, runs, cuts.places, order, turned, names, strokes, exponent
     )
     crowded = sorted(
-        (numbers[number], node.count, math.ldexp(node.spread, exponent))
-        for number, node in nodes.items()
-        if number in numbers and node.spread > CROWDED * tolerance
+        (numbers[node], int(cuts.counts[node]), math.ldexp(float(cuts.spreads[node]), exponent))
+        for node in np.flatnonzero(cuts.spreads > CROWDED * survey.most).tolist()
+        if node in numbers
     )
     gathered = tuple(CrowdedNode(*crowd) for crowd in crowded)
-    return JoinedCurves(network, walks, told, gathered, find_loose_ends(network))
+    joins = _list_joins(curves, found.loose, [names[number] for number in order], exponent)
+    loose = find_loose_ends(network)
+    within = math.ldexp(survey.most, exponent)
+    return JoinedCurves(network, walks, left, gathered, loose, joins, within)
 
 
-def order_curves(drawn: list[Points]) -> tuple[list[Points], list[int], list[bool]]:
+def _list_joins(
+    curves: PackedCurves, joins: Joins, names: list[CurveId], exponent: int
+) -> tuple[CurveJoin, ...]:
+    """The joins of curves that do not meet exactly, the farthest first."""
+    places = np.ldexp(
+        sum(curves.locate(joins.curves[:, side], joins.lengths[:, side]) for side in range(2)) / 2,
+        exponent,
+    )
+    described = [
+        CurveJoin((names[a], names[b]), place, math.ldexp(gap, exponent))
+        for (a, b), place, gap in zip(
+            joins.curves.tolist(), places, joins.gaps.tolist(), strict=True
+        )
+    ]
+    return tuple(sorted(described, key=lambda join: (-join.gap, join.place.tolist())))
+
+
+def order_curves(
+    drawn: list[Points], rounding: float
+) -> tuple[list[Points], list[int], list[bool]]:
     """Sort curves, and turn them, by what depends on their geometry alone, longest first.
 
-    Returns the curves, which each of them is, and whether it is turned round.
+    rounding: lengths and coordinates that differ by no more are equal, as they may differ by it in
+    another unit. Returns the curves, which each of them is, and whether it is turned round.
     """
-    keyed: list[tuple[float, bytes, int, bool, Points]] = []
-    for number, points in enumerate(drawn):
-        # Adding 0 makes the negative zero positive: the bytes shall be alike.
-        senses = [np.ascontiguousarray(sense + 0.0) for sense in (points, points[::-1])]
-        turned = senses[1].tobytes() < senses[0].tobytes()
-        line = senses[turned]
-        keyed.append((-arc_length(line)[-1], line.tobytes(), number, turned, line))
-    keyed.sort(key=lambda one: one[:3])
-    return [k[4] for k in keyed], [k[2] for k in keyed], [k[3] for k in keyed]
+    ranks = _rank(np.concatenate(drawn).reshape(-1), rounding).reshape(-1, 3)
+    lengths = _rank(np.array([-arc_length(line)[-1] for line in drawn]), rounding).tolist()
+    bounds = np.cumsum([0, *map(len, drawn)])
+    keys: list[tuple[int, bytes, int]] = []
+    turned: list[bool] = []
+    for number, (begin, end) in enumerate(pairwise(bounds.tolist())):
+        senses = [ranks[begin:end].tobytes(), ranks[begin:end][::-1].tobytes()]
+        turned.append(senses[1] < senses[0])
+        keys.append((lengths[number], min(senses), number))
+    order = [number for _, _, number in sorted(keys)]
+    lines = [np.ascontiguousarray(drawn[k][:: -1 if turned[k] else 1]) for k in order]
+    return lines, order, [turned[k] for k in order]
+
+
+def _rank(values: Floats, rounding: float) -> NDArray[np.uint32]:
+    """(n,) the rank of every value, as bytes that sort likewise; values in a row are equal."""
+    order = np.argsort(values)
+    ranks = np.empty(len(values), ">u4")
+    ranks[order] = np.r_[0, np.cumsum(np.diff(values[order]) > rounding)]
+    return ranks
 
 
 @dataclass(frozen=True, slots=True)
-class CurveCut:
-    """A place where a curve is cut: its arc length, the node, and whether a curve ends there."""
+class _FoundCuts:
+    """Curves, followed finely, where they are cut, and the joins that are not exact."""
 
-    length: float
-    node: int
-    ending: bool
+    followed: FollowedCurves
+    survey: Survey
+    cuts: CurveCuts
+    loose: Joins
 
 
-def find_cuts(lines: list[Points], alongs: list[Floats], tolerance: float) -> list[list[CurveCut]]:
-    """Find where every curve is cut, ends included, in order; one alone if the curve vanishes."""
-    starts = np.cumsum([0, *map(len, lines)])
-    joins = find_joins(np.concatenate(lines), starts, np.concatenate(alongs), tolerance)
-    n_curves, n_joins = len(lines), len(joins.curves)
-    lasts = np.array([along[-1] for along in alongs])
-    curve = np.r_[joins.curves.T.reshape(-1), np.arange(n_curves), np.arange(n_curves)]
-    length = np.r_[joins.lengths.T.reshape(-1), np.zeros(n_curves), lasts]
-    met = np.arange(len(curve)) < 2 * n_joins
-    order = np.lexsort((length, curve))
-    curve, length, met = curve[order], length[order], met[order]
-    place = np.empty(len(order), np.int64)
-    place[order] = np.arange(len(order))
-    apart = (np.diff(curve) > 0) | (np.diff(length) > tolerance)
-    group = np.r_[0, np.cumsum(apart)]
-    ends = group[place[: 2 * n_joins]].reshape(2, -1)
-    links = coo_array((np.ones(n_joins, bool), ends), shape=(group[-1] + 1, group[-1] + 1))
-    nodes = connected_components(links, directed=False)[1]
-    cuts: list[list[CurveCut]] = [[] for _ in lines]
-    for begin, end in pairwise([0, *(1 + np.flatnonzero(apart)).tolist(), len(curve)]):
-        of_curve = int(curve[begin])
-        within, real = length[begin:end], met[begin:end]
-        at_ends = [e for e in (0.0, lasts[of_curve]) if e in (within[0], within[-1])]
-        # A curve is cut at its end if others meet it there, else where they do meet it: what
-        # goes on beyond is an overshoot.
-        exact = [e for e in at_ends if (within[real] == e).any()]
-        mean = _mean(within[real]) if real.any() else None
-        at = float((exact or at_ends)[0] if exact or mean is None else mean)
-        cuts[of_curve].append(CurveCut(at, int(nodes[group[begin]]), bool(at_ends)))
-    return cuts
+def _find_cuts(
+    lines: list[Points], exact: float, diagonal: float, tolerance: float | None
+) -> _FoundCuts:
+    """Find where curves meet: exactly, then within a tolerance."""
+    settled, put = find_settled_curves(lines, exact)
+    followed = follow_curves(join_smooth_crossings(lines, exact), exact, diagonal)
+    curves, fixed = followed.curves, followed.exact
+    if tolerance is None:
+        survey = survey_drawing(followed, settled, exact, diagonal)
+    else:
+        survey = take_tolerance(followed, settled, max(tolerance, exact))
+    most = survey.most
+    search = most + min(most, LOOSE * float(followed.fringes.max()))
+    approaches = find_approaches(curves, np.minimum(survey.limits, search), settled)
+    stretches = find_stretches(approaches, survey.ends)
+    meant = select_joins(followed, survey, approaches, stretches.curves, exact)
+    stretches = find_duplicates(curves, stretches, meant, survey, exact)
+    firm = _is_firm(curves, fixed, survey, stretches, put, exact)
+    kept = firm | ~is_within_duplicate(curves, fixed, stretches, most)
+    fixed, firm = fixed.take(kept), firm[kept]
+    meant = meant.take(~is_within_duplicate(curves, meant, stretches, most))
+    carried = carry_cuts_over(curves, fixed.append(meant), stretches, most)
+    cuts = cut_curves(curves, fixed, firm, meant.append(carried), survey, exact)
+    return _FoundCuts(followed, survey, cuts, meant.take(meant.gaps > exact))
+
+
+def _is_firm(
+    curves: PackedCurves,
+    fixed: Joins,
+    survey: Survey,
+    duplicates: Stretches,
+    put: Points,
+    exact: float,
+) -> NDArray[np.bool_]:
+    """Which exact joins are no accident.
+
+    Curves were put there as they were drawn: at one of ``put`` (k, 3). Or an end is there, or both
+    are open and placed exactly at their ends, so that they cross where they are meant to; but where
+    strokes are drawn twice, each of them meets what one of them is meant to.
+    """
+    has_end = curves.is_open_end(fixed.curves, fixed.lengths).any(axis=1)
+    placed = (survey.placed & ~curves.closed)[fixed.curves].all(axis=1)
+    firm = (has_end | placed) & ~is_on_duplicate(fixed, duplicates)
+    if len(put) and len(fixed):
+        places = curves.locate(fixed.curves[:, 0], fixed.lengths[:, 0])
+        firm |= KDTree(put).query(places, distance_upper_bound=2 * exact)[0] <= 2 * exact
+    return firm
 
 
 @dataclass(frozen=True, slots=True)
-class JoinedNode:
-    """Where curves meet.
+class _CutCurve:
+    """A curve, followed finely, and where it is cut.
 
-    place:  (3,) the mean of the curves that pass it, or if there is none of those that end there.
-    count:  how many cuts of curves are gathered in it.
-    spread: how far the furthest of them was away.
+    drawn: (n,) which of its points are drawn. lengths: arc lengths of the cuts. places: (m, 3) of
+    the cuts. seam: (3,) the node of the first and the last cut, if that is one.
     """
 
-    place: Floats = field(repr=False)
-    count: int
-    spread: float
+    points: Points
+    along: Floats
+    drawn: NDArray[np.bool_]
+    lengths: list[float]
+    places: Points
+    seam: Points
+
+    def extract_piece(self, first: int, last: int, drawn_only: bool = False) -> Points:
+        """Take the piece between two cuts, over the seam if the last does not follow the first."""
+        if first < last:
+            begin = np.searchsorted(self.along, self.lengths[first], side="right")
+            end = np.searchsorted(self.along, self.lengths[last])
+            inner = self.points[begin:end]
+            if drawn_only:
+                inner = inner[self.drawn[begin:end]]
+            places = self.places
+            return drop_repeats(np.concatenate([places[[first]], inner, places[[last]]]))
+        before = self.extract_piece(first, len(self.lengths) - 1, drawn_only)
+        after = self.extract_piece(0, last, drawn_only)
+        before = move_ends(before, before[0], self.seam)
+        return np.concatenate([before, move_ends(after, self.seam, after[-1])[1:]])
 
 
-def find_nodes(
-    lines: list[Points], alongs: list[Floats], cuts: list[list[CurveCut]]
-) -> dict[int, JoinedNode]:
-    """Place the nodes that the cuts name."""
-    passing: dict[int, list[Points]] = {}
-    ending: dict[int, list[Points]] = {}
-    for points, along, of_curve in zip(lines, alongs, cuts, strict=True):
-        at = _at(points, along, [cut.length for cut in of_curve])
-        for cut, place in zip(of_curve, at, strict=True):
-            (ending if cut.ending else passing).setdefault(cut.node, []).append(place)
-    nodes: dict[int, JoinedNode] = {}
-    for number in ending | passing:
-        gathered = np.array(passing.get(number, []) + ending.get(number, []))
-        place = _mean(gathered[: len(passing.get(number, gathered))])
-        spread = np.linalg.norm(gathered - place, axis=1).max()
-        nodes[number] = JoinedNode(place, len(gathered), float(spread))
-    return nodes
-
-
-def _mean(values: Floats) -> Floats:
-    """The mean over the first axis; exact if all are the same."""
-    return values[0] + (values - values[0]).mean(axis=0)
-
-
-def _at(points: Points, along: Floats, lengths: list[float]) -> Points:
-    return np.stack([np.interp(lengths, along, points[:, d]) for d in range(3)], axis=1)
-
-
-def extract_part(points: Points, along: Floats, begin: float, end: float) -> Points:
-    """Take the part of a polyline between two arc lengths."""
-    inner = points[(along > begin) & (along < end)]
-    first, last = _at(points, along, [begin, end])
-    return drop_repeats(np.concatenate([first[None], inner, last[None]]))
-
-
-@dataclass(slots=True)
+@dataclass
 class Piece:
     """A piece of a curve between two nodes, in the sense in which the curve is worked on.
 
+    follow: gives the piece followed finely, not yet moved to its nodes. settled: is the curve drawn
+    exactly?
     copy_of: the piece that stays of the two that are alike, and whether it runs the other way.
     """
 
     points: Points
     nodes: tuple[int, int]
     length: float
+    follow: Callable[[], Points]
+    settled: bool
     copy_of: tuple[int, bool] | None = None
+
+    @cached_property
+    def whole(self) -> Points:
+        """(k, 3) the piece followed finely, between its nodes."""
+        return move_ends(self.follow(), self.points[0], self.points[-1])
 
 
 def find_copy(
-    piece: Piece, same: list[int], pieces: list[Piece], reach: float
+    piece: Piece, same: list[int], pieces: dict[int, Piece], reach: float, exact: float
 ) -> tuple[int, bool] | None:
-    """Find which of some pieces between the same nodes this one copies, and if it is turned."""
+    """Find which of some pieces between the same nodes this one copies, and if it is turned.
+
+    Two that are both drawn exactly are two on purpose, unless they are within ``exact`` of each
+    other.
+    """
     for number in same:
-        other = pieces[number].points
+        other = pieces[number].whole
+        within = exact if piece.settled and pieces[number].settled else reach
         if (
-            measure_deviation(piece.points, other) <= reach
-            and measure_deviation(other, piece.points) <= reach
+            measure_deviation(piece.whole, other) <= within
+            and measure_deviation(other, piece.whole) <= within
         ):
             first, last = piece.nodes
             if first != last:
                 return number, pieces[number].nodes != piece.nodes
-            quarters = [sample_polyline(points, 4)[[1, 3]] for points in (piece.points, other)]
+            quarters = [sample_polyline(points, 4)[[1, 3]] for points in (piece.whole, other)]
             straight = np.linalg.norm(quarters[0] - quarters[1])
             return number, bool(np.linalg.norm(quarters[0] - quarters[1][::-1]) < straight)
     return None
 
 
-def close_curves(runs: list[list[int]], pieces: list[Piece]) -> None:
+def close_curves(runs: list[list[int]], pieces: dict[int, Piece]) -> None:
     """Make one piece of the last and the first of a closed curve where no other curve meets it."""
-    originals = {piece.copy_of[0] for piece in pieces if piece.copy_of is not None}
-    ends = Counter(node for piece in pieces if piece.copy_of is None for node in piece.nodes)
+    originals = {piece.copy_of[0] for piece in pieces.values() if piece.copy_of is not None}
+    ends = Counter(
+        node for piece in pieces.values() if piece.copy_of is None for node in piece.nodes
+    )
     for run in runs:
         if len(run) < 2:
             continue
@@ -430,9 +538,9 @@ def close_curves(runs: list[list[int]], pieces: list[Piece]) -> None:
 
 
 def number_pieces(
-    pieces: list[Piece],
+    pieces: dict[int, Piece],
     runs: list[list[int]],
-    nodes: dict[int, JoinedNode],
+    places: Points,
     order: list[int],
     turned: list[bool],
     names: list[CurveId],
@@ -464,7 +572,7 @@ def number_pieces(
             first, last = (numbers.setdefault(node, len(numbers)) for node in ends)
             placed[piece] = len(curves), backward
             curves.append(Curve(points, (first, last), names[number], strokes[number]))
-    at = np.array([np.ldexp(nodes[node].place, exponent) for node in numbers]).reshape(-1, 3)
+    at = np.array([np.ldexp(places[node], exponent) for node in numbers]).reshape(-1, 3)
     named = tuple(
         tuple((placed[piece][0], way != placed[piece][1]) for piece, way in walk) for walk in walks
     )

@@ -4,31 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import KDTree
 
-from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.network import CurveId, CurveNetwork
+from patterndb_sketch.surfacing.network import CurveNetwork, LooseEnd
 
-#: An end is told if it misses another curve by no more than this share of its own curve's length:
-#: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
+#: An end is reported if it misses another curve by no more than this share of its own curve's
+#: length: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
 NEAR = 0.1
 
 #: A curve's own end, or another part of it, counts as another curve from this share of it on.
 OWN = 0.5
-
-
-@dataclass(frozen=True, slots=True)
-class LooseEnd:
-    """An end of ``curve`` at ``place`` (3,) where nothing goes on, ``gap`` from ``other``."""
-
-    curve: CurveId
-    place: Points = field(repr=False)
-    other: CurveId
-    gap: float
 
 
 def find_loose_ends(network: CurveNetwork) -> tuple[LooseEnd, ...]:
@@ -71,8 +59,8 @@ def find_loose_ends(network: CurveNetwork) -> tuple[LooseEnd, ...]:
     return tuple(sorted(found, key=lambda one: (-one.gap, one.place.tolist())))
 
 
-def tell_loose_ends(ends: Sequence[LooseEnd]) -> str:
-    """Say how far ends are off, where the farthest is, and which tolerance joins them all."""
+def describe_loose_ends(ends: Sequence[LooseEnd]) -> str:
+    """Describe how far ends are off, where the farthest is, and which tolerance joins them all."""
     worst = ends[0]
     x, y, z = worst.place
     many = f"{len(ends):,} ends of curves stop" if len(ends) > 1 else "an end of a curve stops"

@@ -1,8 +1,9 @@
 """Where polylines meet: kernels that find the places at which two of them come together.
 
 Take a pair of curves, A and B, and all pairs of places (a on A, b on B) that are within the
-tolerance of each other. The connected parts of this set are the meetings: one for each crossing,
-touching end or common stretch. For one curve with itself, the part around a = b is none.
+tolerance of each other: the lesser reach of the two curves. The connected parts of this set are the
+meetings: one for each crossing, touching end or common stretch. For one curve with itself, the part
+around a = b is none.
 
 Points stand in one array (n, 3); edge i runs from point i to point i + 1.
 """
@@ -13,10 +14,12 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
+from patterndb_sketch.surfacing.joining.polylines import PackedCurves
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 
 #: Pairs of edges within the tolerance that are looked at: 40 bytes each.
@@ -46,62 +49,106 @@ MOST_JOINS = 6
 
 @dataclass(frozen=True, slots=True)
 class Joins:
-    """Pairs of places on curves that are to be one node.
+    """Pairs of places on curves that are, or may be, one node.
 
     curves: (m, 2) int64. lengths: (m, 2) float64, the arc lengths of the places along them.
+    gaps: (m,) how far apart they are. meetings: (m,) the number of the meeting that each is of.
     """
 
     curves: Int64Array = field(repr=False)
     lengths: Floats = field(repr=False)
+    gaps: Floats = field(repr=False)
+    meetings: Int64Array = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.gaps)
+
+    def take(self, which: NDArray[np.bool_] | Int64Array) -> Joins:
+        """Return some of the joins, by their numbers or by a mask."""
+        return Joins(
+            self.curves[which], self.lengths[which], self.gaps[which], self.meetings[which]
+        )
+
+    def append(self, other: Joins) -> Joins:
+        """Return these joins and then others, whose meetings get numbers of their own."""
+        shift = 1 + int(self.meetings.max(initial=-1))
+        return Joins(
+            np.concatenate([self.curves, other.curves]),
+            np.concatenate([self.lengths, other.lengths]),
+            np.concatenate([self.gaps, other.gaps]),
+            np.concatenate([self.meetings, other.meetings + shift]),
+        )
 
 
-def find_joins(points: Points, starts: Int64Array, along: Floats, tolerance: float) -> Joins:
+def find_joins(
+    curves: PackedCurves, reaches: Floats, settled: NDArray[np.bool_] | None = None
+) -> Joins:
     """Find where curves meet each other and themselves.
 
-    points: (n, 3), the points of all curves. starts: (c + 1,), where each begins in them.
-    along: (n,) arc length from the beginning of its curve. A crossing joins at the closest
-    pair of places, ends within the tolerance of each other at the ends, a common stretch at
-    its two extremes. Raises InvalidNetworkError beyond MAX_CONTACTS.
+    reaches: (c,) for every curve; two meet within the lesser of theirs. settled: (c,) curves that
+    are not compared with each other; by default all are compared. A crossing joins at the closest
+    pair of places, ends within reach of each other at the ends, a common stretch at its two
+    extremes. Raises InvalidNetworkError beyond MAX_CONTACTS.
     """
-    curve_of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    pairs, places, distances = find_contacts(points, starts, tolerance)
+    points, along, curve_of = curves.points, curves.along, curves.curve_of
+    pairs, places, distances = find_contacts(curves, reaches, settled=settled)
     key = pairs[:, 0] * len(points) + pairs[:, 1]
     by_key = np.argsort(key)
     key, pairs, places, distances = key[by_key], pairs[by_key], places[by_key], distances[by_key]
-    roots = _components(points, curve_of, key, pairs, tolerance)
+    roots = _components(points, curve_of, key, pairs, reaches)
     itself = np.zeros(len(key), bool)
-    itself[roots[pairs[:, 0] == pairs[:, 1]]] = True
+    itself[roots[_is_beside_itself(curves, pairs, reaches)]] = True
     kept = np.flatnonzero(~itself[roots])
     kept = kept[np.argsort(roots[kept], kind="stable")]
     bounds = np.r_[0, 1 + np.flatnonzero(np.diff(roots[kept])), len(kept)].astype(np.int64)
-    lasts = along[starts[1:] - 1]
-    curves, lengths = _joins(
-        points,
-        curve_of,
-        along,
-        lasts,
-        pairs[kept],
-        places[kept],
-        distances[kept],
-        bounds,
-        tolerance,
+    return Joins(
+        *_joins(
+            points,
+            curve_of,
+            along,
+            curves.lasts,
+            pairs[kept],
+            places[kept],
+            distances[kept],
+            bounds,
+            reaches,
+        )
     )
-    return Joins(curves, lengths)
+
+
+def _is_beside_itself(
+    curves: PackedCurves, pairs: Int64Array, reaches: Floats
+) -> NDArray[np.bool_]:
+    """(k,) which contacts go on to places that one curve has in common with itself.
+
+    Pairs of edges of one curve that lie within the reach along it are not among the contacts.
+    """
+    first, second = pairs.T
+    along = curves.along
+    reach = reaches[curves.curve_of[first]]
+    near = (along[second + 1] - along[first + 1] <= reach) | (along[second] - along[first] <= reach)
+    own = curves.curve_of[first] == curves.curve_of[second]
+    return own & ((first == second) | near)
 
 
 def find_contacts(
-    points: Points, starts: Int64Array, tolerance: float, reaches: Floats | None = None
+    curves: PackedCurves,
+    reaches: Floats,
+    boxes: Floats | None = None,
+    settled: NDArray[np.bool_] | None = None,
 ) -> tuple[Int64Array, Floats, Floats]:
-    """Find the pairs of edges within the tolerance of each other, an edge with itself too.
+    """Find the pairs of edges within reach of each other.
 
-    points, starts: as :func:`find_joins` has them. reaches: (n,) for every edge how far it
-    reaches, by the number of its first point, half the tolerance or less: the boxes of both edges
-    must touch when each is so much larger. Returns the edges (k, 2), first <= second, the nearest
+    reaches, settled: as :func:`find_joins` has them. boxes: (n,) by how much the box of every edge
+    is enlarged, by the number of its first point; edges whose boxes do not touch then are left out.
+    By default half the reach of its curve. Left out as well are pairs of edges of one curve that
+    lie within its reach along the curve. Returns the edges (k, 2), first <= second, the nearest
     places on them (k, 2), 0 to 1, and how far these are apart (k,). Raises InvalidNetworkError
     beyond MAX_CONTACTS.
     """
+    points, starts, curve_of = curves.points, curves.starts, curves.curve_of
     edges = np.delete(np.arange(len(points) - 1), starts[1:-1] - 1)
-    reach = tolerance / 2 if reaches is None else reaches[edges, None]
+    reach = (reaches[curve_of[edges]] / 2 if boxes is None else boxes[edges])[:, None]
     low = np.minimum(points[edges], points[edges + 1]) - reach
     high = np.maximum(points[edges], points[edges + 1]) + reach
     # Swept along the axis on which the edges are spread furthest.
@@ -109,21 +156,37 @@ def find_contacts(
     order = np.argsort(low[:, axis], kind="stable")
     low, high = np.roll(low, -axis, axis=1), np.roll(high, -axis, axis=1)
     pairs, places, distances = _contacts(
-        points, edges[order], low[order], high[order], tolerance, MAX_CONTACTS
+        points,
+        curves.along,
+        curve_of,
+        edges[order],
+        low[order],
+        high[order],
+        reaches,
+        np.zeros(len(reaches), np.bool_) if settled is None else settled,
+        MAX_CONTACTS,
     )
     if len(pairs) > MAX_CONTACTS:
         raise InvalidNetworkError(
-            f"at a tolerance of {tolerance:g}, more than {MAX_CONTACTS:,} pairs of edges touch; "
-            "make it smaller, or give fewer points"
+            f"at a tolerance of {reaches.max():g}, more than {MAX_CONTACTS:,} pairs of edges "
+            "touch; give a smaller tolerance, or fewer points"
         )
     return pairs, places, distances
 
 
 @kernel
 def _contacts(
-    points: Points, edges: Int64Array, low: Floats, high: Floats, tolerance: float, limit: int
+    points: Points,
+    along: Floats,
+    curve_of: Int64Array,
+    edges: Int64Array,
+    low: Floats,
+    high: Floats,
+    reaches: Floats,
+    settled: NDArray[np.bool_],
+    limit: int,
 ) -> tuple[Int64Array, Floats, Floats]:
-    """Find all pairs of edges (first <= second) within the tolerance, an edge with itself too.
+    """Find all pairs of edges (first <= second) within reach, as :func:`find_contacts` does.
 
     edges: sorted by the first coordinate of their boxes' lower corners ``low``.
     """
@@ -133,6 +196,7 @@ def _contacts(
     distances = np.empty(capacity, np.float64)
     n = 0
     for i in range(len(edges)):
+        of_i = curve_of[edges[i]]
         for k in range(i, len(edges)):
             if low[k, 0] > high[i, 0]:
                 break
@@ -140,7 +204,13 @@ def _contacts(
                 continue
             if low[k, 2] > high[i, 2] or low[i, 2] > high[k, 2]:
                 continue
+            of_k = curve_of[edges[k]]
+            tolerance = min(float(reaches[of_i]), float(reaches[of_k]))
             first, second = min(edges[i], edges[k]), max(edges[i], edges[k])
+            if of_i == of_k and along[second + 1] - along[first] <= tolerance:
+                continue
+            if of_i != of_k and settled[of_i] and settled[of_k]:
+                continue
             s, u, gap = find_nearest_of_edges(points, first, second, BETTER * tolerance)
             if gap > tolerance:
                 continue
@@ -160,16 +230,18 @@ def _contacts(
 
 @kernel
 def _components(
-    points: Points, curve_of: Int64Array, key: Int64Array, pairs: Int64Array, tolerance: float
+    points: Points, curve_of: Int64Array, key: Int64Array, pairs: Int64Array, reaches: Floats
 ) -> Int64Array:
     """Find for every contact, sorted by key, the root of its connected part.
 
     The pairs of places of two edges are a convex set; it continues in the next edge if the
-    vertex between them is within the tolerance.
+    vertex between them is within reach.
     """
     parent = np.arange(len(key))
     n_points = len(points)
     for contact in range(len(key)):
+        of_first, of_second = curve_of[pairs[contact, 0]], curve_of[pairs[contact, 1]]
+        tolerance = min(float(reaches[of_first]), float(reaches[of_second]))
         for side in range(2):
             vertex = pairs[contact, side] + 1
             other = pairs[contact, 1 - side]
@@ -206,28 +278,34 @@ def _joins(
     places: Floats,
     distances: Floats,
     bounds: Int64Array,
-    tolerance: float,
-) -> tuple[Int64Array, Floats]:
-    """Choose the joins of all meetings; meeting m has the contacts bounds[m] to bounds[m + 1]."""
-    curves = np.empty((MOST_JOINS * (len(bounds) - 1), 2), np.int64)
-    lengths = np.empty((MOST_JOINS * (len(bounds) - 1), 2), np.float64)
+    reaches: Floats,
+) -> tuple[Int64Array, Floats, Floats, Int64Array]:
+    """Choose the joins of all meetings; meeting m has the contacts bounds[m] to bounds[m + 1].
+
+    Returns the curves (m, 2), the lengths (m, 2), the gaps (m,) and the meetings (m,).
+    """
+    most = MOST_JOINS * (len(bounds) - 1)
+    curves, lengths = np.empty((most, 2), np.int64), np.empty((most, 2), np.float64)
+    gaps, meetings = np.empty(most, np.float64), np.empty(most, np.int64)
     n = 0
     for meeting in range(len(bounds) - 1):
         begin, end = bounds[meeting], bounds[meeting + 1]
         if begin == end:
             continue
+        of_a, of_b = curve_of[pairs[begin, 0]], curve_of[pairs[begin, 1]]
+        tolerance = min(float(reaches[of_a]), float(reaches[of_b]))
         a, b, gap, vertex = _places(
             points, along, pairs[begin:end], places[begin:end], distances[begin:end], tolerance
         )
-        of_a, of_b = curve_of[pairs[begin, 0]], curve_of[pairs[begin, 1]]
         chosen = choose_places(
             a, b, gap, vertex, len(points), float(lasts[of_a]), float(lasts[of_b]), tolerance
         )
         for place in chosen:
             curves[n, 0], curves[n, 1] = of_a, of_b
             lengths[n, 0], lengths[n, 1] = a[place], b[place]
+            gaps[n], meetings[n] = gap[place], meeting
             n += 1
-    return curves[:n], lengths[:n]
+    return curves[:n], lengths[:n], gaps[:n], meetings[:n]
 
 
 @kernel

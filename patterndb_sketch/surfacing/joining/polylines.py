@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from patterndb.geometry.points import Points, as_points
-from patterndb.geometry.polyline import arc_length
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points, as_points
+from patterndb.geometry.polyline import arc_length, find_nearest_on
 from patterndb_sketch.surfacing.network import InvalidNetworkError, drop_repeats
 
 #: Coordinates beyond this are refused: the squares of their distances must remain numbers.
@@ -90,3 +95,81 @@ def gather_places(points: Points, tolerance: float) -> tuple[Points, NDArray[np.
     number = np.empty(n_places, np.int64)
     number[order] = np.arange(n_places)
     return places[order], number[labels[which]]
+
+
+@dataclass(frozen=True, slots=True)
+class PackedCurves:
+    """Polylines in one array.
+
+    points: (n, 3). starts: (c + 1,) where each of them begins there. along: (n,) arc length from
+    the beginning of its curve. lasts: (c,) how long they are. closed: (c,) which end where they
+    begin. curve_of: (n,) the curve of every point.
+    """
+
+    points: Points = field(repr=False)
+    starts: Int64Array = field(repr=False)
+    along: Floats = field(repr=False)
+    lasts: Floats = field(repr=False)
+    closed: NDArray[np.bool_] = field(repr=False)
+    curve_of: Int64Array = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.lasts)
+
+    def find_edges(self, curves: Int64Array, lengths: Floats) -> Int64Array:
+        """(m,) the edge, by the number of its first point, at arc lengths (m,) of curves (m,)."""
+        # All curves in a row: each goes from twice its number to one more.
+        row = 2.0 * self.curve_of + self.along / self.lasts[self.curve_of]
+        wanted = 2.0 * curves + lengths / self.lasts[curves]
+        edges = np.searchsorted(row, wanted, side="right") - 1
+        return np.clip(edges, self.starts[curves], self.starts[curves + 1] - 2)
+
+    def find_vertices(self, curves: Int64Array, lengths: Floats) -> Int64Array:
+        """(m,) the vertex that is nearest, along the curve, to arc lengths (m,) of curves (m,)."""
+        edges = self.find_edges(curves, lengths)
+        return edges + (lengths - self.along[edges] > self.along[edges + 1] - lengths)
+
+    def locate(self, curves: Int64Array, lengths: Floats) -> Points:
+        """(m, 3) the places at arc lengths (m,) of curves (m,)."""
+        edges = self.find_edges(curves, lengths)
+        size = self.along[edges + 1] - self.along[edges]
+        share = (lengths - self.along[edges]) / np.where(size > 0.0, size, 1.0)
+        share = np.clip(share, 0.0, 1.0)[:, None]
+        return (1.0 - share) * self.points[edges] + share * self.points[edges + 1]
+
+    def is_open_end(self, curves: Int64Array, lengths: Floats) -> NDArray[np.bool_]:
+        """Which places at arc lengths of curves are an end of a curve that is not closed."""
+        return ((lengths == 0.0) | (lengths == self.lasts[curves])) & ~self.closed[curves]
+
+    def find_nearest(
+        self, curve: int, place: Points, within: tuple[float, float]
+    ) -> tuple[float, float]:
+        """Find the arc length, within two of a curve, nearest to a place (3,), and the distance."""
+        along = self.along[self.starts[curve] : self.starts[curve + 1]]
+        line = self.points[self.starts[curve] : self.starts[curve + 1]]
+        begin = max(int(np.searchsorted(along, within[0], side="right")) - 1, 0)
+        end = max(min(int(np.searchsorted(along, within[1])) + 1, len(line)), begin + 2)
+        begin = min(begin, end - 2)
+        away, edge, share = find_nearest_on(line[begin:end], place)
+        first, last = along[begin + edge], along[begin + edge + 1]
+        length = last if share == 1.0 else first + share * (last - first)
+        return float(np.clip(length, *within)), away
+
+
+def pack_curves(lines: Sequence[Points]) -> PackedCurves:
+    """Put polylines (k, 3), one or more, in one array."""
+    points = np.concatenate(lines)
+    starts = np.cumsum([0, *map(len, lines)])
+    first, last = starts[:-1], starts[1:] - 1
+    along = np.zeros(len(points))
+    steps = np.linalg.norm(points[1:] - points[:-1], axis=1)
+    for begin, end in pairwise(starts.tolist()):
+        np.cumsum(steps[begin : end - 1], out=along[begin + 1 : end])
+    closed = (points[first] == points[last]).all(axis=1)
+    curve_of = np.repeat(np.arange(len(lines)), np.diff(starts))
+    return PackedCurves(points, starts, along, along[last], closed, curve_of)
+
+
+def is_closed(line: Points) -> bool:
+    """Does a polyline end where it begins?"""
+    return bool((line[0] == line[-1]).all())

@@ -17,13 +17,13 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.surfacing.joining.groups import Groups
 from patterndb_sketch.surfacing.joining.meetings import find_contacts
-from patterndb_sketch.surfacing.network import drop_repeats, measure_turning
+from patterndb_sketch.surfacing.joining.polylines import PackedCurves, is_closed, pack_curves
+from patterndb_sketch.surfacing.network import drop_repeats, measure_angles
 from patterndb_sketch.surfacing.sampling import CORNER_ANGLE
 
 #: Polylines may be apart by so many times their sagittas where curves meet: these do not bend
@@ -75,35 +75,32 @@ class _Place:
 def join_smooth_crossings(lines: list[Points], tolerance: float) -> list[Points]:
     """Give polylines (k, 3) a point in common where the smooth curves that they stand for meet.
 
-    tolerance: what is no further apart meets already. Polylines keep their ends, but those that are
-    moved onto another's.
+    tolerance: polylines that are no further apart meet as they are, and nothing moves the places
+    where they do. Polylines keep their ends, except those that are moved onto another's.
     """
-    starts = np.cumsum([0, *map(len, lines)])
-    curves = guess_curves(lines)
-    greatest = 2.0 * EASE * float(curves.sagitta.max())
+    packed = pack_curves(lines)
+    guessed = guess_curves(packed)
+    greatest = 2.0 * EASE * float(guessed.sagitta.max())
     if greatest <= tolerance:
         return lines
-    meetings = _find_meetings(curves, starts, tolerance)
-    places = [
-        tuple(
-            _place(lines, starts, int(meetings.pairs[k, side]), meetings.shares[k, side], point)
-            for side, point in enumerate(meetings.points[k])
-        )
-        for k in range(len(meetings.pairs))
+    meetings = _find_meetings(packed, guessed, tolerance)
+    places = _list_places(packed, meetings)
+    wide = ONE_PLACE * guessed.sagitta
+    # A closed curve meets itself at its seam, but that is one sample as any other.
+    seams = [
+        a.vertex >= 0 and (a.curve, a.vertex) == (b.curve, b.vertex)
+        for a, b in zip(places[::2], places[1::2], strict=True)
     ]
-    wide = [ONE_PLACE * curves.sagitta[a:b] for a, b in pairwise(starts.tolist())]
-    group_of = _group_places(wide, places)
-    groups: dict[int, list[_Place]] = {}
-    apart: set[int] = set()
-    for k, (pair, met) in enumerate(zip(places, meetings.exact.tolist(), strict=True)):
-        group = int(group_of[2 * k])
-        groups.setdefault(group, []).extend(pair)
-        if not met:
-            apart.add(group)
+    exact = meetings.exact & ~np.array(seams, bool)
+    group_of = _group_places(packed, wide, places, exact.tolist(), tolerance)
+    groups: dict[int, list[int]] = {}
+    for k, group in enumerate(group_of):
+        groups.setdefault(group, []).append(k)
     moved: dict[int, list[tuple[_Place, Points]]] = {}
-    for group in sorted(apart):
-        point = _choose_point(lines, groups[group])
-        for place in dict.fromkeys(groups[group]):
+    for group in sorted({group_of[2 * k] for k in np.flatnonzero(~meetings.exact).tolist()}):
+        met = [places[k] for k in groups[group] if exact[k // 2]]
+        point = _choose_point(packed, met or [places[k] for k in groups[group]])
+        for place in dict.fromkeys(places[k] for k in groups[group]):
             moved.setdefault(place.curve, []).append((place, point))
     return [_insert(line, moved.get(curve, [])) for curve, line in enumerate(lines)]
 
@@ -119,29 +116,27 @@ class _Meetings:
     exact: NDArray[np.bool_]
 
 
-def _find_meetings(curves: GuessedCurves, starts: Int64Array, tolerance: float) -> _Meetings:
+def _find_meetings(packed: PackedCurves, curves: GuessedCurves, tolerance: float) -> _Meetings:
     """Find where guessed curves or their polylines meet, each place once."""
-    points = curves.points
-    curve_of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    reaches = np.maximum(EASE * curves.sagitta, tolerance / 2)
-    most = max(2.0 * float(reaches.max()), tolerance)
-    pairs, shares, gaps = find_contacts(points, starts, most, reaches)
+    points, starts, curve_of = packed.points, packed.starts, packed.curve_of
+    boxes = np.maximum(EASE * curves.sagitta, tolerance / 2)
+    most = max(2.0 * float(boxes.max()), tolerance)
+    pairs, shares, gaps = find_contacts(packed, np.full(len(packed), most), boxes)
     own = (curve_of[pairs[:, 0]] == curve_of[pairs[:, 1]]) & (np.diff(pairs)[:, 0] <= 2)
     pairs, shares, gaps = pairs[~own], shares[~own], gaps[~own]
     exact = gaps <= tolerance
     nearer, guessed, places = _approach(curves, pairs, shares)
     meets = exact | (guessed <= curves.fit[pairs].sum(axis=1) + tolerance)
-    meets &= exact | _may_cross(points, starts, curve_of, pairs, nearer)
+    # Where polylines run along each other there is no one place.
+    meets &= _may_cross(points, starts, curve_of, pairs, np.where(exact[:, None], shares, nearer))
     straight = points[pairs] + shares[..., None] * (points[pairs + 1] - points[pairs])
     shares = np.where(exact[:, None], shares, nearer)
     places = np.where(exact[:, None, None], straight, places)
     gaps = np.where(exact, 0.0, guessed)
     kept = np.flatnonzero(meets)
     kept = kept[np.lexsort((pairs[kept, 1], pairs[kept, 0], gaps[kept]))]
-    along = np.zeros(len(points))
     size = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    along[1:] = np.cumsum(size)
-    at = along[pairs] + shares * size[pairs]
+    at = packed.along[pairs] + shares * size[pairs]
     chosen = kept[_choose_nearest(curve_of[pairs[kept]], at[kept], size[pairs[kept]])]
     return _Meetings(pairs[chosen], shares[chosen], places[chosen], exact[chosen])
 
@@ -174,42 +169,39 @@ class GuessedCurves:
         return at, slope
 
 
-def guess_curves(lines: Sequence[Points]) -> GuessedCurves:
-    """Guess the curves between the samples of polylines (k, 3), which are in one array then."""
-    parts = [_guess_curve(line) for line in lines]
-    sagitta, fit, bends, after = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return GuessedCurves(np.concatenate(lines), sagitta, fit, bends, after)
+def guess_curves(curves: PackedCurves, smooth: NDArray[np.bool_] | None = None) -> GuessedCurves:
+    """Guess the curves between the samples of polylines.
 
-
-def _guess_curve(line: Points) -> tuple[Floats, Floats, Points, Points]:
-    n = len(line)
-    closed = is_closed(line)
-    around = np.concatenate([line[-2:-1], line, line[1:2]]) if closed else line
-    bends = np.zeros((n, 3))
-    turning = np.zeros(n)
-    if len(around) > 2:
-        steps = np.diff(around, axis=0)
-        size = np.linalg.norm(steps, axis=1)[:, None]
-        # Steps so short beside the network that their squares vanish have no direction.
-        unit = steps / np.where(size > 0.0, size, 1.0)
-        both = size[1:] + size[:-1]
-        within = slice(None) if closed else slice(1, -1)
-        bends[within] = 2.0 * np.diff(unit, axis=0) / np.where(both > 0.0, both, 1.0)
-        turning[within] = measure_turning(around)
-    # What is no smooth sample is as its neighbour across the edge.
-    smooth = turning <= CORNER_ANGLE
-    if not closed:
-        smooth[[0, -1]] = False
+    smooth: (n,) which samples are not corners; by default those that turn by no more than
+    CORNER_ANGLE. Ends of open curves never are.
+    """
+    points = curves.points
+    before, after, inner = find_neighbours(curves)
+    here = np.flatnonzero(inner)
+    steps = points[here] - points[before[here]], points[after[here]] - points[here]
+    sizes = [np.linalg.norm(step, axis=1)[:, None] for step in steps]
+    # Steps so short in comparison that their squares vanish have no direction.
+    units = [
+        step / np.where(size > 0.0, size, 1.0) for step, size in zip(steps, sizes, strict=True)
+    ]
+    both = sizes[0] + sizes[1]
+    bends = np.zeros_like(points)
+    bends[here] = 2.0 * (units[1] - units[0]) / np.where(both > 0.0, both, 1.0)
+    turning = measure_sample_turning(curves)
+    smooth = inner & (turning <= CORNER_ANGLE if smooth is None else smooth)
     bends[~smooth] = 0.0
     turning[~smooth] = 0.0
-    at_start, at_end = smooth[:-1], smooth[1:]
-    bends_start = np.where(at_start[:, None], bends[:-1], bends[1:])
-    bends_end = np.where(at_end[:, None], bends[1:], bends[:-1])
-    size = np.linalg.norm(np.diff(line, axis=0), axis=1)
-    sagitta = size * np.maximum(turning[:-1], turning[1:]) / 8.0
-    fit = np.where(at_start & at_end, FIT, END_FIT) * sagitta
+    # A corner is as its neighbour across the edge.
+    start, end = np.arange(len(points) - 1), np.arange(1, len(points))
+    bends_start = np.where(smooth[start, None], bends[start], bends[end])
+    bends_end = np.where(smooth[end, None], bends[end], bends[start])
+    size = np.linalg.norm(points[end] - points[start], axis=1)
+    sagitta = size * np.maximum(turning[start], turning[end]) / 8.0
+    sagitta[curves.starts[1:-1] - 1] = 0.0
+    fit = np.where(smooth[start] & smooth[end], FIT, END_FIT) * sagitta
     none = np.zeros((1, 3))
-    return (
+    return GuessedCurves(
+        points,
         np.r_[sagitta, 0.0],
         np.r_[fit, 0.0],
         np.concatenate([bends_start, none]),
@@ -217,9 +209,30 @@ def _guess_curve(line: Points) -> tuple[Floats, Floats, Points, Points]:
     )
 
 
-def is_closed(line: Points) -> bool:
-    """Does a polyline end where it begins?"""
-    return bool((line[0] == line[-1]).all())
+def find_neighbours(curves: PackedCurves) -> tuple[Int64Array, Int64Array, NDArray[np.bool_]]:
+    """Find the samples (n,) before and after every sample, and which samples have both.
+
+    Closed curves go on beyond their seam. An end of an open curve is its own neighbour.
+    """
+    first, last = curves.starts[:-1], curves.starts[1:] - 1
+    before, after = np.arange(len(curves.points)) - 1, np.arange(len(curves.points)) + 1
+    before[first] = np.where(curves.closed, last - 1, first)
+    after[last] = np.where(curves.closed, first + 1, last)
+    inner = np.ones(len(curves.points), bool)
+    inner[first] = inner[last] = curves.closed
+    return before, after, inner
+
+
+def measure_sample_turning(curves: PackedCurves) -> Floats:
+    """(n,) by how much polylines turn at their samples, in radians; at open ends 0."""
+    before, after, inner = find_neighbours(curves)
+    here = np.flatnonzero(inner)
+    points = curves.points
+    turning = np.zeros(len(points))
+    turning[here] = measure_angles(
+        points[here] - points[before[here]], points[after[here]] - points[here]
+    )
+    return turning
 
 
 def _approach(
@@ -279,52 +292,78 @@ def _choose_nearest(curves: Int64Array, at: Floats, edges: Floats) -> list[int]:
     return chosen
 
 
-def _place(
-    lines: Sequence[Points], starts: Int64Array, edge: int, share: float, point: Points
-) -> _Place:
-    """The place on a curve, at its sample if one is near; the last of a closed one is its first."""
-    curve = int(np.searchsorted(starts, edge, side="right")) - 1
-    line = lines[curve]
-    closed = is_closed(line)
-    at = edge - int(starts[curve])
-    vertex = -1
-    given = False
+def _list_places(curves: PackedCurves, meetings: _Meetings) -> list[_Place]:
+    """The places of all contacts, two of each: samples where these are near.
+
+    The last sample of a closed curve is its first.
+    """
+    edges, shares = meetings.pairs.reshape(-1), meetings.shares.reshape(-1)
+    curve = curves.curve_of[edges]
+    first, last = curves.starts[curve], curves.starts[curve + 1] - 1
+    vertex = np.full(len(edges), -1)
+    given = np.zeros(len(edges), bool)
     for end in range(2):
-        own = not closed and at + end in (0, len(line) - 1)
-        if abs(share - end) <= (AT_PLACE if own else AT_SAMPLE):
-            vertex = 0 if closed and at + end == len(line) - 1 else at + end
-            given = abs(share - end) <= AT_PLACE
-    length = float(np.linalg.norm(np.diff(line[: at + 2], axis=0), axis=1)[:at].sum())
-    length += share * float(np.linalg.norm(line[at + 1] - line[at]))
-    x, y, z = (line[vertex] if given else point).tolist()
-    return _Place(curve, at, share, 0.0 if vertex == 0 else length, vertex, given, (x, y, z))
+        at, away = edges + end, np.abs(shares - end)
+        own = ~curves.closed[curve] & ((at == first) | (at == last))
+        near = away <= np.where(own, AT_PLACE, AT_SAMPLE)
+        vertex[near] = np.where(curves.closed[curve] & (at == last), first, at)[near]
+        given = np.where(near, away <= AT_PLACE, given)
+    size = np.linalg.norm(curves.points[edges + 1] - curves.points[edges], axis=1)
+    lengths = np.where(vertex == first, 0.0, curves.along[edges] + shares * size)
+    points = np.where(given[:, None], curves.points[vertex], meetings.points.reshape(-1, 3))
+    columns = curve, edges - first, shares, lengths, np.where(vertex < 0, -1, vertex - first), given
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [
+        _Place(curve, edge, share, length, vertex, bool(given), (x, y, z))
+        for (curve, edge, share, length, vertex, given), (x, y, z) in zip(
+            rows, points.tolist(), strict=True
+        )
+    ]
 
 
-def _group_places(wide: Sequence[Floats], places: Sequence[tuple[_Place, ...]]) -> Int64Array:
-    """For the places of all contacts, in pairs, which of them are one point of the network."""
-    sites = [place for pair in places for place in pair]
-    order = sorted(range(len(sites)), key=lambda k: (sites[k].curve, sites[k].length))
-    links = [(k, k + 1) for k in range(0, len(sites), 2)]
+def _group_places(
+    curves: PackedCurves,
+    wide: Floats,
+    places: Sequence[_Place],
+    exact: Sequence[bool],
+    tolerance: float,
+) -> list[int]:
+    """For the places of all contacts, two of each, which of them are one point of the network.
+
+    wide: (n,) for every edge how far apart two places on it may be. exact: for every contact, do
+    the polylines meet there as they are? Such places stay apart beyond the tolerance.
+    """
+    order = sorted(range(len(places)), key=lambda k: (places[k].curve, places[k].length))
+    groups = Groups(len(places))
+    for k in range(0, len(places), 2):
+        groups.unite(k, k + 1)
+    met = [exact[k // 2] for k in range(len(places))]
+    near: list[tuple[float, int, int]] = []
     for a, b in pairwise(order):
-        one, other = sites[a], sites[b]
-        within = max(wide[one.curve][one.edge], wide[other.curve][other.edge])
+        one, other = places[a], places[b]
+        start = int(curves.starts[one.curve])
+        within = max(wide[start + one.edge], wide[start + other.edge], tolerance)
         if one.curve == other.curve and other.length - one.length <= within:
-            links.append((a, b))
-    ends = np.array(links, np.int64).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(links), bool), ends), shape=(len(sites), len(sites)))
-    return connected_components(graph, directed=False)[1]
+            near.append((other.length - one.length, a, b))
+    for gap, a, b in sorted(near):
+        one, other = groups.find(a), groups.find(b)
+        if gap <= tolerance or not (met[one] and met[other]):
+            met[groups.unite(one, other)] = met[one] or met[other]
+    return [groups.find(k) for k in range(len(places))]
 
 
-def _choose_point(lines: Sequence[Points], group: Sequence[_Place]) -> Points:
+def _choose_point(curves: PackedCurves, group: Sequence[_Place]) -> Points:
     """Where the curves of a group meet: at an end, else at a sample, else between their guesses."""
     given = [place for place in group if place.given]
+    sizes = np.diff(curves.starts)
     at_end = [
         place
         for place in given
-        if not is_closed(lines[place.curve]) and place.vertex in (0, len(lines[place.curve]) - 1)
+        if not curves.closed[place.curve] and place.vertex in (0, int(sizes[place.curve]) - 1)
     ]
-    points = [place.point for place in at_end or given or group]
-    return np.unique(np.array(points), axis=0).mean(axis=0)
+    points = np.array([place.point for place in at_end or given or group])
+    # From one of them on: the mean of equal points is that point.
+    return points[0] + (points - points[0]).mean(axis=0)
 
 
 def _insert(line: Points, changes: Sequence[tuple[_Place, Points]]) -> Points:

@@ -1,0 +1,107 @@
+"""Curves that follow each other smoothly where nothing else meets them, as one.
+
+A node at which two curves go on into each other says nothing of the surface: it is where a stroke
+was lifted, or where a stroke drawn twice ended. Measures that look at nodes must not count it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb_sketch.surfacing.cycles.closing import curve_ends
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
+
+#: Curves that turn at a node by no more than this go on into each other; in radians.
+SMOOTH = np.radians(30)
+
+
+@dataclass(frozen=True, slots=True)
+class ChainedNetwork:
+    """A network in which such curves are one, and for each curve there the steps here."""
+
+    network: CurveNetwork
+    chains: tuple[tuple[tuple[int, bool], ...], ...]
+
+    def there(self, cycle: Cycle) -> Cycle:
+        """A cycle of the chained network in the one it came from."""
+        steps: list[tuple[int, bool]] = []
+        for chain, backward in cycle.steps:
+            walk = self.chains[chain]
+            steps += [(c, not b) for c, b in reversed(walk)] if backward else walk
+        return Cycle(tuple(steps))
+
+    def here(self, cycle: Cycle) -> Cycle:
+        """A cycle of the network it came from in the chained one."""
+        of = {c: (k, b) for k, walk in enumerate(self.chains) for c, b in walk}
+        steps: list[tuple[int, bool]] = []
+        for curve, backward in cycle.steps:
+            chain, way = of[curve]
+            step = (chain, way != backward)
+            if not steps or steps[-1] != step or len(self.chains[chain]) == 1:
+                steps.append(step)
+        if len(steps) > 1 and steps[0] == steps[-1] and len(self.chains[steps[0][0]]) > 1:
+            steps.pop()
+        return Cycle(tuple(steps))
+
+
+def chain_curves(network: CurveNetwork, gone: NDArray[np.bool_]) -> ChainedNetwork:
+    """Make one curve of those that go on into each other. gone: which dangle, and do not count."""
+    ends = curve_ends(network)
+    at: list[list[tuple[int, bool]]] = [[] for _ in network.nodes]
+    for curve in np.flatnonzero(~gone).tolist():
+        first, last = ends[curve].tolist()
+        at[first].append((curve, False))
+        at[last].append((curve, True))
+    follows: dict[tuple[int, bool], tuple[int, bool]] = {}
+    for leaving in at:
+        if len(leaving) != 2 or leaving[0][0] == leaving[1][0]:
+            continue
+        (a, from_a), (b, from_b) = leaving
+        if _leave(network.curves[a], from_a) @ _leave(network.curves[b], from_b) > -np.cos(SMOOTH):
+            continue
+        # To come along a into the node is to leave along b.
+        follows[a, not from_a] = b, from_b
+        follows[b, not from_b] = a, from_a
+    used: set[int] = set()
+    chains: list[tuple[tuple[int, bool], ...]] = []
+    curves: list[Curve] = []
+    for curve in range(len(network.curves)):
+        if curve in used:
+            continue
+        step = (curve, False)
+        # Back to where the chain begins, or once around.
+        before = {b: a for a, b in follows.items()}
+        start = step
+        while start in before and before[start] != step:
+            start = before[start]
+            if start[0] == curve:
+                break
+        walk = [start]
+        while walk[-1] in follows and follows[walk[-1]] != start:
+            walk.append(follows[walk[-1]])
+        used.update(c for c, _ in walk)
+        chains.append(tuple(walk))
+        if len(walk) == 1:
+            curves.append(network.curves[curve])
+            continue
+        parts = [network.curves[c].points[:: -1 if b else 1] for c, b in walk]
+        points = np.concatenate([parts[0], *(part[1:] for part in parts[1:])])
+        first = network.curves[walk[0][0]].nodes[walk[0][1]]
+        last = network.curves[walk[-1][0]].nodes[not walk[-1][1]]
+        longest = max(walk, key=lambda s: network.curves[s[0]].length)[0]
+        name = network.curves[longest]
+        curves.append(Curve(points, (first, last), name.id, name.stroke))
+    return ChainedNetwork(CurveNetwork(tuple(curves), network.nodes), tuple(chains))
+
+
+def _leave(curve: Curve, backward: bool) -> NDArray[np.float64]:
+    points = curve.points[::-1] if backward else curve.points
+    # Over a tenth of the curve: its first edge may be a short one beside the node.
+    steps = np.linalg.norm(points - points[0], axis=1)
+    k = int(np.argmax(steps >= 0.1 * curve.length)) or 1
+    step = points[k] - points[0]
+    size = float(np.linalg.norm(step))
+    return step / size if size > 0 else step

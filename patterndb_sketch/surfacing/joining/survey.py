@@ -1,0 +1,299 @@
+"""How exactly a drawing was made: by how much ends and crossings of its curves miss each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.surfacing.joining.following import FollowedCurves
+from patterndb_sketch.surfacing.joining.meetings import Joins, find_joins
+from patterndb_sketch.surfacing.joining.polylines import PackedCurves, pack_curves
+
+#: Curves meet within this share of the diagonal in every drawing, and in none beyond MOST.
+LEAST = 4e-3
+MOST = 1.6e-2
+
+#: Ends, and crossings, may miss by so many times what the QUANTILE of them misses by.
+EASE_ENDS = 4.0
+EASE_CROSSINGS = 3.0
+QUANTILE = 0.9
+
+#: Fewer gaps do not count.
+FEWEST = 3
+
+#: The search for a tolerance stops when it grows by less than this factor, or after ROUNDS.
+GROWTH = 1.05
+ROUNDS = 4
+
+#: If more than this share of the ends that have a curve within MOST miss it by more than LEAST, the
+#: drawing is coarse: MARGIN times the QUANTILE of all gaps is where the search begins.
+COARSE = 0.4
+MARGIN = 1.3
+
+#: Curves meet within this share of the usual distance from one meeting to the next along them.
+SHARE_OF_SPACING = 0.4
+
+#: Two curves that meet more often than this run along each other; how far it is from one such
+#: meeting to the next says nothing.
+OFTEN = 8
+
+#: Meetings nearer than this share of their curve are one.
+ONE_MEETING = 0.05
+
+#: A curve that meets an end's own curve so near to the end, as a share of that curve, may be what
+#: the end was drawn to: an end that goes on too far.
+NEAR_END = 0.25
+
+#: A join at a closed curve's seam may be part of a meeting beyond it, within this share of it.
+NEAR_SEAM = 0.2
+
+#: Closed curves are placed exactly if they meet others exactly at so many places, of which MOST_OF
+#: count with one other: a closed stroke that is drawn twice crosses itself often.
+PLACES_OF_CLOSED = 3
+MOST_OF_ONE = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Survey:
+    """How far apart curves of a drawing may be and still meet.
+
+    ends, crossings: for joins with an end, and without. limits: (c,) for every curve, at most, by
+    how closely its meetings follow each other. placed: (c,) curves that meet others exactly at both
+    ends, or at several places if closed. settled: (c,) curves that do so at both ends as they were
+    drawn: they are *drawn exactly*. given: the user says how far apart they may be.
+    """
+
+    ends: float
+    crossings: float
+    limits: Floats = field(repr=False)
+    placed: NDArray[np.bool_] = field(repr=False)
+    settled: NDArray[np.bool_] = field(repr=False)
+    given: bool
+
+    @property
+    def most(self) -> float:
+        """The greater of both."""
+        return max(self.ends, self.crossings)
+
+    @property
+    def reaches(self) -> Floats:
+        """(c,) how far apart every curve and others may be and still meet."""
+        return np.minimum(self.limits, self.most)
+
+
+def survey_drawing(
+    followed: FollowedCurves, settled: NDArray[np.bool_], exact: float, diagonal: float
+) -> Survey:
+    """Find how far apart curves may be and still meet, by what most of them miss by."""
+    curves, fixed = followed.curves, followed.exact
+    least, most = max(LEAST * diagonal, exact), max(MOST * diagonal, exact)
+    far = find_approaches(curves, np.full(len(curves), most), settled)
+    near = find_approaches(curves, np.full(len(curves), least), settled)
+    limits = np.maximum(SHARE_OF_SPACING * measure_spacing(curves, near, fixed, least), exact)
+    for_ends = least
+    gaps = measure_end_gaps(curves, far.append(fixed), most)
+    if (gaps > least).sum() > COARSE * len(gaps):
+        for_ends = min(MARGIN * float(np.quantile(gaps, QUANTILE)), most)
+    for _ in range(ROUNDS):
+        for_ends, wider = _widen(gaps, EASE_ENDS, for_ends, least, most)
+        if not wider:
+            break
+    for_crossings = least
+    for _ in range(ROUNDS):
+        gaps = _measure_crossing_gaps(curves, near)
+        for_crossings, wider = _widen(gaps, EASE_CROSSINGS, for_crossings, least, most)
+        if not wider:
+            break
+        near = find_approaches(curves, np.full(len(curves), for_crossings), settled)
+    return Survey(
+        for_ends,
+        for_crossings,
+        limits,
+        find_placed_curves(curves, fixed),
+        settled,
+        False,
+    )
+
+
+def take_tolerance(
+    followed: FollowedCurves, settled: NDArray[np.bool_], tolerance: float
+) -> Survey:
+    """Take a tolerance that is given for all joins and all curves."""
+    curves = followed.curves
+    placed = find_placed_curves(curves, followed.exact)
+    return Survey(tolerance, tolerance, np.full(len(curves), np.inf), placed, settled, True)
+
+
+def _widen(
+    gaps: Floats, ease: float, tolerance: float, least: float, most: float
+) -> tuple[float, bool]:
+    """Return the tolerance that follows from the gaps within one, and if it is wider."""
+    within = gaps[gaps <= tolerance]
+    if len(within) < FEWEST:
+        return tolerance, False
+    wanted = min(max(ease * float(np.quantile(within, QUANTILE)), least), most)
+    return (wanted, True) if wanted > GROWTH * tolerance else (tolerance, False)
+
+
+def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.bool_]) -> Joins:
+    """Find where curves come within reach of each other, the parts of a meeting at a seam once.
+
+    reaches: (c,) for every curve. settled: (c,) curves that are not compared with each other.
+    """
+    joins = find_joins(curves, reaches, settled)
+    seams = (joins.lengths == 0.0) | (joins.lengths == curves.lasts[joins.curves])
+    seams &= curves.closed[joins.curves]
+    at_seam = np.flatnonzero(seams.any(axis=1))
+    if not len(at_seam):
+        return joins
+    pair = joins.curves[:, 0] * len(curves) + joins.curves[:, 1]
+    by_pair = np.argsort(pair, kind="stable")
+    begin = np.searchsorted(pair[by_pair], pair[at_seam])
+    end = np.searchsorted(pair[by_pair], pair[at_seam], side="right")
+    dropped: set[int] = set()
+    for k, a, b in zip(at_seam.tolist(), begin.tolist(), end.tolist(), strict=True):
+        others = [m for m in by_pair[a:b].tolist() if m != k and m not in dropped]
+        if any(
+            _goes_on_at(curves, joins, k, m, side, reaches)
+            for m in others
+            for side in range(2)
+            if seams[k, side]
+        ):
+            dropped.add(k)
+    return joins.take(np.delete(np.arange(len(joins)), sorted(dropped)))
+
+
+def _goes_on_at(
+    curves: PackedCurves, joins: Joins, one: int, other: int, side: int, reaches: Floats
+) -> bool:
+    """Is a join at the seam of a closed curve part of the meeting of a nearer one beyond it?"""
+    if joins.gaps[other] > joins.gaps[one]:
+        return False
+    curve, beside = joins.curves[one, side], joins.curves[one, 1 - side]
+    last, length = float(curves.lasts[curve]), float(joins.lengths[other, side])
+    way = min(length, last - length)
+    if way > NEAR_SEAM * last:
+        return False
+    halfway = way / 2 if length < last - length else last - way / 2
+    place = curves.locate(np.array([curve]), np.array([halfway]))[0]
+    gap = curves.find_nearest(int(beside), place, (0.0, float(curves.lasts[beside])))[1]
+    return gap <= min(float(reaches[curve]), float(reaches[beside]))
+
+
+def find_settled_curves(lines: list[Points], exact: float) -> tuple[NDArray[np.bool_], Points]:
+    """Find which open curves have both ends exactly at others, as they are drawn.
+
+    Returns that (c,), and the places (k, 3) at which curves were put: where one ends exactly at
+    another, or both have a sample.
+    """
+    curves = pack_curves(lines)
+    joins = find_joins(curves, np.full(len(curves), exact))
+    other = joins.curves[:, 0] != joins.curves[:, 1]
+    ends = np.zeros((2, len(curves)), bool)
+    for side in range(2):
+        curve, length = joins.curves[other, side], joins.lengths[other, side]
+        ends[0, curve[length == 0.0]] = True
+        ends[1, curve[length == curves.lasts[curve]]] = True
+    curve, length = joins.curves.reshape(-1), joins.lengths.reshape(-1)
+    vertices = curves.find_vertices(curve, length)
+    at_sample = (np.abs(curves.along[vertices] - length) <= exact).reshape(-1, 2).all(axis=1)
+    put = at_sample | curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
+    places = curves.locate(curve, length).reshape(-1, 2, 3)[put].reshape(-1, 3)
+    return ends.all(axis=0) & ~curves.closed, places
+
+
+def find_placed_curves(curves: PackedCurves, fixed: Joins) -> NDArray[np.bool_]:
+    """Find which curves meet others exactly: at both ends, closed ones at several places."""
+    other = fixed.curves[:, 0] != fixed.curves[:, 1]
+    both = fixed.curves[other]
+    curve = np.concatenate([both[:, 0], both[:, 1]])
+    beside = np.concatenate([both[:, 1], both[:, 0]])
+    length = fixed.lengths[other].T.reshape(-1)
+    ends = np.zeros((2, len(curves)), bool)
+    ends[0, curve[length == 0.0]] = True
+    ends[1, curve[length == curves.lasts[curve]]] = True
+    rows = np.unique(np.stack([curve, beside, length], axis=1), axis=0)
+    pairs, count = np.unique(rows[:, :2].astype(np.int64), axis=0, return_counts=True)
+    places = np.bincount(pairs[:, 0], weights=np.minimum(count, MOST_OF_ONE), minlength=len(curves))
+    return np.where(curves.closed, places >= PLACES_OF_CLOSED, ends.all(axis=0))
+
+
+def measure_spacing(curves: PackedCurves, near: Joins, fixed: Joins, tolerance: float) -> Floats:
+    """(c,) how far it usually is from one meeting to the next along every curve.
+
+    near, fixed: where curves come within the tolerance, and where they meet exactly.
+    """
+    both = fixed.append(near)
+    pair = both.curves[:, 0] * len(curves) + both.curves[:, 1]
+    _, number, count = np.unique(pair, return_inverse=True, return_counts=True)
+    some = count[number.reshape(-1)] <= OFTEN
+    curve, length = both.curves[some].reshape(-1), both.lengths[some].reshape(-1)
+    order = np.lexsort((length, curve))
+    curve, length = curve[order], length[order]
+    width = np.minimum(tolerance, ONE_MEETING * curves.lasts)
+    apart = np.r_[True, (np.diff(curve) > 0) | (np.diff(length) > width[curve[1:]])][: len(curve)]
+    meetings = np.bincount(curve[apart], minlength=len(curves))
+    return curves.lasts / np.maximum(1, np.where(curves.closed, meetings, meetings - 1))
+
+
+def measure_end_gaps(curves: PackedCurves, joins: Joins, within: float) -> Floats:
+    """(m,) by how much the open ends that have a curve near them miss it."""
+    nearest = find_nearest_at_ends(curves, joins, within)
+    return nearest[np.isfinite(nearest)]
+
+
+def find_nearest_at_ends(
+    curves: PackedCurves,
+    joins: Joins,
+    within: float,
+    copies: Int64Array | None = None,
+) -> Floats:
+    """(c, 2) how near another curve is to the first and last end of every curve, inf if none is.
+
+    A curve that passes the end's own curve shortly before the end, within so much of it, counts as
+    well. copies: (k, 2) pairs of curves that are drawn over each other: these do not count. Where
+    they are given, one end of one other curve does not count either, unless they meet exactly: it
+    may be loose as well. Two make a corner.
+    """
+    nearest = np.full((len(curves), 2), np.inf)
+    at_ends: list[tuple[Int64Array, Int64Array, Floats]] = []
+    counts = np.ones(len(joins), bool)
+    if copies is not None:
+        pair = joins.curves[:, 0] * len(curves) + joins.curves[:, 1]
+        counts = ~np.isin(pair, np.sort(copies, axis=1) @ [len(curves), 1])
+    both = curves.is_open_end(joins.curves, joins.lengths).all(axis=1) & (joins.gaps > 0.0)
+    for side in range(2):
+        curve, length = joins.curves[:, side], joins.lengths[:, side]
+        last = curves.lasts[curve]
+        near = np.minimum(within, NEAR_END * last)
+        partner = 2 * joins.curves[:, 1 - side] + (joins.lengths[:, 1 - side] > 0)
+        for end, away in enumerate((length, last - length)):
+            which = counts & ~curves.closed[curve] & (away <= near)
+            if copies is not None:
+                some = which & both
+                at_ends.append((2 * curve[some] + end, partner[some], joins.gaps[some]))
+                which &= ~both
+            np.minimum.at(nearest[:, end], curve[which], joins.gaps[which])
+    if copies is not None:
+        key, partner, gap = (np.concatenate(part) for part in zip(*at_ends, strict=True))
+        # The least gap to every partner, and of these the second at every end.
+        order = np.lexsort((gap, partner, key))
+        first = np.r_[True, (np.diff(key[order]) > 0) | (np.diff(partner[order]) > 0)][: len(key)]
+        order = order[first]
+        order = order[np.lexsort((gap[order], key[order]))]
+        begins = np.r_[True, np.diff(key[order]) > 0][: len(order)]
+        second = order[1:][begins[:-1] & ~begins[1:]]
+        flat = nearest.reshape(-1)
+        flat[key[second]] = np.minimum(flat[key[second]], gap[second])
+    return nearest
+
+
+def _measure_crossing_gaps(curves: PackedCurves, joins: Joins) -> Floats:
+    """(m,) by how much curves miss each other where they pass, alone in their meeting."""
+    inner = ~curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
+    alone = np.bincount(joins.meetings)[joins.meetings] == 1
+    return joins.gaps[inner & alone]
