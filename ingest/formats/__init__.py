@@ -26,7 +26,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ingest.formats import obj, off, ply, usd, vtk
+from ingest.formats import obj, off, ply, stl, threemf, usd, vtk
 from ingest.formats.files import DEFAULT_LIMITS, ReadLimits, load_file
 from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
@@ -35,7 +35,9 @@ from patterndb.system.files import explain_compression, open_regular, replace_fi
 
 __all__ = [
     "FORMATS",
+    "PRINTED",
     "SUPPORTED_SUFFIXES",
+    "WRITTEN_SUFFIXES",
     "MeshFormat",
     "ReadLimits",
     "find_format",
@@ -49,11 +51,23 @@ __all__ = [
 #: All mesh formats; one more is a module beside these, and its entry here.
 FORMATS: tuple[MeshFormat, ...] = (obj.FORMAT, ply.FORMAT, *vtk.FORMATS, usd.FORMAT, off.FORMAT)
 
+#: Formats of triangles that printers read: they are written, and not read.
+PRINTED: tuple[MeshFormat, ...] = (stl.FORMAT, threemf.FORMAT)
+
 #: Suffixes of the files that can be read.
 SUPPORTED_SUFFIXES: tuple[str, ...] = tuple(s for format in FORMATS for s in format.suffixes)
 
+#: Suffixes of the files that can be written.
+WRITTEN_SUFFIXES: tuple[str, ...] = tuple(
+    suffix for format in (*FORMATS, *PRINTED) if format.spell for suffix in format.suffixes
+)
+
 _BY_SUFFIX = {suffix: format for format in FORMATS for suffix in format.suffixes}
-_TRIANGLES_ONLY = {".stl": "STL", ".gltf": "glTF", ".glb": "glTF"}
+_TRIANGLES_ONLY = {
+    **{suffix: format.name for format in PRINTED for suffix in format.suffixes},
+    ".gltf": "glTF",
+    ".glb": "glTF",
+}
 
 
 def read_mesh(path: str | Path, *, limits: ReadLimits = DEFAULT_LIMITS) -> PolygonMesh:
@@ -94,11 +108,13 @@ def parse(data: bytes, path: str | Path, limits: ReadLimits = DEFAULT_LIMITS) ->
 def write_mesh(
     path: str | Path, mesh: PolygonMesh | tuple[ArrayLike, ArrayLike | Sequence[Sequence[int]]]
 ) -> None:
-    """Write a polygon mesh into a file, in the format of the file's suffix: .obj, .ply or .off.
+    """Write a polygon mesh into a file, in the format of the file's suffix: .obj, .ply or .off, or
+    .stl or .3mf for printers.
 
     mesh: a PolygonMesh, or (v, 3) points and faces, which are (q, k) vertex indices from 0 or
     a list of faces of any arity. Vertices and faces keep their order, and every coordinate
-    reads back as the same number. A file that is there is replaced in one step.
+    reads back as the same number; STL and 3MF have triangles only, STL of single precision. A file
+    that is there is replaced in one step.
 
     Raises UnsupportedFormatError for a suffix that is not written; InvalidMeshError for a mesh
     without faces, a face of fewer than 3 corners or a point that is not finite, which no
@@ -106,9 +122,10 @@ def write_mesh(
 
     Example: ``write_mesh("square.obj", (points, [[0, 1, 2, 3]]))``
     """
-    spell = find_format(path).spell
+    printed = [form for form in PRINTED if Path(path).suffix.lower() in form.suffixes]
+    spell = (printed[0] if printed else find_format(path)).spell
     if spell is None:
-        known = " ".join(suffix for f in FORMATS if f.spell for suffix in f.suffixes)
+        known = " ".join(WRITTEN_SUFFIXES)
         raise UnsupportedFormatError(
             f"{find_format(path).name} is read, but not written; written are {known}", path=path
         )

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NoReturn
 
 from ingest.formats.files import ReadLimits
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import UnsupportedFormatError
 
 Parse = Callable[[bytes, str | Path, ReadLimits], PolygonMesh]
 
@@ -36,3 +38,16 @@ class MeshFormat:
     spell: Callable[[PolygonMesh], bytes] | None = None
     from_bytes: bool = True
     require: Callable[[], None] = _need_nothing
+
+
+def refuse_reading(name: str) -> Parse:
+    """Return the ``parse`` of a format of triangles, which raises UnsupportedFormatError."""
+
+    def parse(_data: bytes, path: str | Path, _limits: ReadLimits) -> NoReturn:
+        raise UnsupportedFormatError(
+            f"{name} holds triangles only, the quads were lost when it was written; export the "
+            "original as OBJ, PLY or USD",
+            path=path,
+        )
+
+    return parse

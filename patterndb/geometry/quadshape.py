@@ -70,8 +70,11 @@ def cross(a: Points, b: Points, result: Points) -> None:
     result[2] = a[0] * b[1] - a[1] * b[0]
 
 
-def plane_normal(points: Points) -> Points | None:
-    """(3,) unit normal of a closed polygon (P, 3) that is planar, counter-clockwise; or None."""
+def plane_normal(points: Points, within: float = PLANAR) -> Points | None:
+    """(3,) unit normal of a closed polygon (P, 3) that is planar, counter-clockwise; or None.
+
+    within: how far a vertex may be from the plane, as a part of the polygon's diagonal.
+    """
     middle = points.mean(axis=0)
     spokes = points - middle
     area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
@@ -80,7 +83,7 @@ def plane_normal(points: Points) -> Points | None:
     if size <= NO_AREA * diagonal**2:
         return None
     normal = area / size
-    return normal if float(np.abs(spokes @ normal).max()) <= PLANAR * diagonal else None
+    return normal if float(np.abs(spokes @ normal).max()) <= within * diagonal else None
 
 
 def own_normals(quads: Int32Array, vertices: Points, beside: Neighbours) -> Points:
@@ -112,7 +115,7 @@ def flipped(quads: Int32Array, vertices: Points, normals: Points) -> NDArray[np.
     return ~((positive[:, 0] & positive[:, 2]) | (positive[:, 1] & positive[:, 3]))
 
 
-def scaled_jacobian(quads: Int32Array, vertices: Points) -> Floats:
+def scaled_jacobian(quads: NDArray[np.integer], vertices: Points) -> Floats:
     """Return (q,) the scaled Jacobian of quads: 1 for a rectangle, 0 or less for a turned corner.
 
     Parameters
@@ -138,3 +141,18 @@ def scaled_jacobian(quads: Int32Array, vertices: Points) -> Floats:
     side = units((np.roll(corner, -1, axis=1) - corner).reshape(-1, 3)).reshape(-1, 4, 3)
     sine = np.einsum("qec,qc->qe", np.cross(np.roll(side, 1, axis=1), side), normal)
     return sine.min(axis=1, initial=1.0)
+
+
+def find_turned_corners(quads: NDArray[np.integer], vertices: Points) -> NDArray[np.bool_]:
+    """Find the corners (q, 4) of more than 180 degrees, seen across each quad's own diagonals.
+
+    quads: (q, 4) vertex indices; vertices: (v, 3). There the scaled Jacobian is negative. A
+    straight corner is none, nor is any of a quad whose diagonals are parallel.
+    """
+    corner = vertices[quads]
+    up = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    leaving = np.roll(corner, -1, axis=1) - corner
+    entering = np.roll(corner, 1, axis=1) - corner
+    area = np.einsum("qec,qc->qe", np.cross(leaving, entering), units(up))
+    longest = (leaving**2).sum(axis=2).max(axis=1, initial=0.0)
+    return area < -NO_AREA * longest[:, None]

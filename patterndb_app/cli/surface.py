@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ingest.formats import WRITTEN_SUFFIXES
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import EXTRAS, require_extra
 from patterndb_app.cli.options import (
-    OBJ,
     FileName,
+    FileToWrite,
     ParamType,
     as_json,
     db_to_read,
@@ -29,9 +30,11 @@ from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 
 if TYPE_CHECKING:
     from patterndb.geometry.points import Points
+    from patterndb_sketch.retopo.symmetry.half import Plane
     from patterndb_sketch.surfacing import (
         CurveNetwork,
         Cycle,
@@ -42,6 +45,12 @@ if TYPE_CHECKING:
         SurfacePatch,
         Surfacing,
     )
+
+#: The plane of --mirror where none is given.
+FOUND = "found"
+
+#: What may be upright in pictures, as the viewer has it: that is not imported for --help.
+UPRIGHT_NAMES = ("x", "y", "z", "-x", "-y", "-z")
 
 #: Columns that a table leaves for the curves of a cycle.
 CURVES_WIDTH = 24
@@ -74,13 +83,24 @@ class CurveNames(ParamType):
 @click.command(
     cls=SectionedCommand,
     sections={
-        "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance"),
+        "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance", "--mirror"),
         "Surface": ("--method", "--fair", "--alpha", "--any-chord", "--spacing", "--db"),
-        "Output": ("-o", "--picture", "--overwrite", "--view", "--json"),
+        "Output": ("-o", "--thickness", "--picture", "--up", "--overwrite", "--view", "--json"),
     },
 )
 @click.argument("network", type=FileName())
-@click.option("-o", "--output", type=OBJ, metavar="FILE", help="The surface, OBJ.")
+@click.option(
+    "-o",
+    "--output",
+    type=FileToWrite(*WRITTEN_SUFFIXES),
+    metavar="FILE",
+    help="The surface, OBJ with a group for each patch; by the suffix also PLY, OFF, STL or 3MF.",
+)
+@click.option(
+    "--thickness",
+    type=click.FloatRange(0, min_open=True),
+    help="Write the closed solid of this thickness, half of it on each side of the surface.",
+)
 @click.option(
     "--method",
     type=click.Choice(METHODS),
@@ -114,6 +134,21 @@ class CurveNames(ParamType):
     show_default="what follows from the drawing",
     help="How far apart curves may pass and still meet, in the network's unit. Curves that meet "
     "exactly do in any case, and those drawn exactly meet each other nowhere else.",
+)
+@click.option(
+    "--mirror",
+    is_flag=False,
+    flag_value=FOUND,
+    metavar="[PLANE]",
+    help="The network is half of a symmetric one: add its mirror image. PLANE is x, y or z through "
+    "the origin, x=1.5, or a,b,c,d for ax + by + cz = d; found where it is left out.",
+)
+@click.option(
+    "--up",
+    type=click.Choice(UPRIGHT_NAMES),
+    default="y",
+    show_default=True,
+    help="What is upright in the picture and the window; z for most models that are built.",
 )
 @click.option(
     "--picture",
@@ -157,6 +192,9 @@ def surface(
     any_chord: bool,
     spacing: float | None,
     tolerance: float | None,
+    mirror: str | None,
+    thickness: float | None,
+    up: str,
     picture: Path | None,
     view: bool,
     cycles_only: bool,
@@ -191,7 +229,12 @@ def surface(
     patterndb surface sketch.json --fair -o surface.obj
     patterndb surface sketch.json --method quads --spacing 0.2 -o quads.obj
     """
-    for name, given in (("-o", output), ("--picture", picture), ("--view", view)):
+    for name, given in (
+        ("-o", output),
+        ("--thickness", thickness),
+        ("--picture", picture),
+        ("--view", view),
+    ):
         if cycles_only and given:
             raise click.UsageError(f"--cycles-only makes no surface; leave {name} out")
     if fair and (method or DEFAULT_METHOD) != DEFAULT_METHOD:
@@ -200,8 +243,10 @@ def surface(
         raise click.UsageError(
             "--fair moves grids, chords make none; leave --alpha, --any-chord out"
         )
+    if thickness is not None and output is None:
+        raise click.UsageError("--thickness is of the solid that -o writes; give -o FILE, too")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from patterndb_sketch.surfacing import Settings, find_openings, read_drawing
+    from patterndb_sketch.surfacing import Settings, find_openings
     from patterndb_sketch.surfacing import surface as surface_of
     from patterndb_sketch.surfacing.networkfile import gives_cycles
 
@@ -210,7 +255,7 @@ def surface(
     if not EXTRAS["sketch"].is_there() and (find_cycles or not gives_cycles(network)):
         require_extra("sketch", "finding the cycles of a network")
 
-    drawing = read_drawing(network, tolerance=tolerance)
+    drawing = _read(network, tolerance, mirror)
     for note in drawing.notes:
         say(note)
     _say_joins(drawing)
@@ -259,10 +304,9 @@ def surface(
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
         seconds = read_work_clock() - started
     openings = find_openings(given, made.list_surfaced_cycles())
-    if output is not None:
-        from patterndb_app.cli.obj import write_surface
-
-        write_surface(output, made)
+    solid = None if output is None else _write_output(output, made, thickness)
+    if solid is not None:
+        notes += solid.notes
     if as_json:
         document |= {
             "method": settings.method,
@@ -278,6 +322,9 @@ def surface(
             **_list_openings(given, openings),
             "seconds": round(seconds, 6),
             "notes": [*notes, *made.notes],
+            "thickness": thickness,
+            "quads": None if not made.has_quads else _count_quads(made),
+            "closed": None if solid is None else solid.closed,
             "output": None if output is None else str(output),
         }
         write_json(document)
@@ -285,12 +332,100 @@ def surface(
         write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]))
     _say_made(made, seconds)
     _say_openings(given, openings)
-    if output is not None:
+    if solid is not None:
+        for note in solid.notes:
+            say(note)
         say(f"written: {output}")
     if picture is not None or view:
-        open_file = partial(read_drawing, tolerance=tolerance) if view else None
-        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, open_file)
+        open_file = partial(_read, tolerance=tolerance, mirror=mirror) if view else None
+        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, open_file, up)
     return 0
+
+
+def _read(path: Path, tolerance: float | None, mirror: str | None) -> Drawing:
+    """Read the drawing in a file, with its mirror image if that is asked for."""
+    from patterndb_sketch.surfacing import read_drawing
+
+    plane = None
+    if mirror is not None and mirror != FOUND:
+        plane = parse_mirror(mirror)
+    drawing = read_drawing(path, tolerance=tolerance)
+    if mirror is None:
+        return drawing
+    from patterndb_sketch.surfacing.mirroring import find_mirror_plane, mirror_drawing
+
+    try:
+        return mirror_drawing(drawing, plane or find_mirror_plane(drawing.network))
+    except InvalidNetworkError as error:
+        raise InvalidNetworkError(f"{path}: --mirror: {error}") from None
+
+
+def parse_mirror(text: str) -> Plane:
+    """The plane of --mirror; what is none is refused as a usage error."""
+    from patterndb_sketch.surfacing.mirroring import parse_plane
+
+    try:
+        return parse_plane(text)
+    except InvalidNetworkError as error:
+        raise click.BadParameter(
+            f"{error}. Put the network before --mirror if the plane is to be found",
+            param_hint="--mirror",
+        ) from None
+
+
+@dataclass(frozen=True, slots=True)
+class _Written:
+    """What was written: is it closed, and what a user should know of it."""
+
+    closed: bool
+    notes: tuple[str, ...]
+
+
+def _write_output(path: Path, made: Surfacing, thickness: float | None) -> _Written:
+    """Write the surface, or the solid of a thickness, in the format of the suffix."""
+    import numpy as np
+
+    from ingest.formats import PRINTED, write_mesh
+    from patterndb_app.cli.obj import write_surface
+    from patterndb_sketch.surfacing.tessellation import find_self_intersections
+    from patterndb_sketch.surfacing.thickening import is_closed, thicken, turn_outward
+
+    printed = any(path.suffix.lower() in form.suffixes for form in PRINTED)
+    if thickness is not None:
+        points, triangles = thicken(made.points, made.triangles, thickness)
+        write_mesh(path, (points, triangles))
+        crossed = len(find_self_intersections(points, triangles))
+        notes = [f"a closed solid of {plural(len(triangles), 'triangle')}, {thickness:g} thick"]
+        if crossed:
+            notes.append(
+                f"faces of the solid pass through each other: {plural(crossed, 'pair')}; a smaller "
+                "--thickness may mend it"
+            )
+        return _Written(True, tuple(notes))
+    closed = is_closed(made.triangles)
+    if path.suffix.lower() == ".obj":
+        write_surface(path, made)
+        return _Written(closed, ())
+    pieces = turn_outward(made.points, [face for patch in made.patches for face in patch.faces])
+    used, name = np.unique(np.concatenate([piece.ravel() for piece in pieces]), return_inverse=True)
+    corners = name.reshape(-1).tolist()
+    faces: list[list[int]] = []
+    at = 0
+    for piece in pieces:
+        for _ in piece:
+            faces.append(corners[at : at + piece.shape[1]])
+            at += piece.shape[1]
+    write_mesh(path, (made.points[used], faces))
+    if printed and not closed:
+        return _Written(closed, ("the surface is open; --thickness makes a closed solid of it",))
+    return _Written(closed, ())
+
+
+def _count_quads(made: Surfacing) -> dict[str, int]:
+    return {
+        "irregular": made.count_irregular(),
+        "turned_corners": sum(patch.surface.turned for patch in made.patches if patch.surface),
+    }
 
 
 def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
@@ -320,19 +455,27 @@ def _look(
     named: tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]],
     picture: Path | None,
     open_file: Callable[[Path], Drawing] | None,
+    up: str,
 ) -> None:
     """Draw the surface, or open its window; named: the cycles to ban and to keep. open_file: reads
-    other networks in the window; None for no window."""
+    other networks in the window; None for no window. up: what is upright."""
     from patterndb_app.cli.obj import write_surface
     from patterndb_sketch.surfacing import named_cycle
-    from viewer.surfacing import SurfacingState, draw, show
+    from viewer.surfacing import SurfacingState, draw, look_from, show
 
+    toward, upright = look_from(up)
     banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
     # The window can go on to other methods; a picture has the one that was asked for.
     patterns = open_file is not None or METHODS[settings.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
         make_state = partial(
-            SurfacingState, settings=settings, spacing=spacing, db=database, afresh=afresh
+            SurfacingState,
+            settings=settings,
+            spacing=spacing,
+            db=database,
+            afresh=afresh,
+            toward=toward,
+            up=upright,
         )
         if picture is not None:
             draw(make_state(drawing, added=added, banned=banned), picture)
@@ -517,6 +660,7 @@ def _patch(made: Surfacing, patch: SurfacePatch) -> dict[str, object]:
         "pieces": len(patch.faces),
         "faces": sum(map(len, patch.faces)),
         "area": result.area,
+        "turned_corners": result.turned,
         "self_intersections": result.self_intersections,
     }
 
@@ -551,6 +695,12 @@ def _say_made(made: Surfacing, seconds: float) -> None:
         f"{plural(len(made.patches), 'patch', 'patches')}, {plural(faces, 'face')}, area "
         f"{made.area:.6g}, in {seconds:.2f} s"
     )
+    if made.has_quads:
+        counts = _count_quads(made)
+        say(
+            f"{plural(counts['irregular'], 'irregular vertex', 'irregular vertices')} inside, "
+            f"{plural(counts['turned_corners'], 'quad')} with a turned corner"
+        )
     within = sum(patch.surface.self_intersections for patch in made.patches if patch.surface)
     if within or made.intersections:
         say(

@@ -9,7 +9,7 @@ the two patches, by the movement that bends least; the curves themselves stay.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +20,7 @@ from scipy.sparse.linalg import splu
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.surfacing.curvenormals import sample_normals
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_angles
 from patterndb_sketch.surfacing.parallelograms import (
     SectorGrid,
@@ -55,6 +56,20 @@ class SmoothCurve:
     curve: int
     patches: tuple[int, int]
     bends: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class GuidedCurve:
+    """A curve along which the surface has known normals.
+
+    curve:   its number.
+    patches: those that it bounds, as places in the list of cycles.
+    normals: (k, 3) unit normals at its samples, of either sense.
+    """
+
+    curve: int
+    patches: tuple[int, ...]
+    normals: Points = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,10 +153,32 @@ def _leave(sampling: Sampling, step: tuple[int, bool]) -> Points:
     return sampling.points[along[1]] - sampling.points[along[0]]
 
 
+def find_guided_curves(
+    network: CurveNetwork, sampling: Sampling, cycles: Sequence[Cycle]
+) -> list[GuidedCurve]:
+    """Find the curves of some cycles whose normals are known, at their samples."""
+    users: dict[int, list[int]] = {}
+    for number, cycle in enumerate(cycles):
+        for curve in cycle.curves:
+            users.setdefault(curve, []).append(number)
+    found: list[GuidedCurve] = []
+    for number, patches in sorted(users.items()):
+        curve = network.curves[number]
+        if curve.normals is not None:
+            at = sampling.points[sampling.along[number]]
+            normals = sample_normals(curve.points, curve.normals, at)
+            found.append(GuidedCurve(number, tuple(patches), normals))
+    return found
+
+
 def fair_patches(
-    sampling: Sampling, patches: Sequence[FilledLoop], curves: Sequence[SmoothCurve]
+    sampling: Sampling,
+    patches: Sequence[FilledLoop],
+    curves: Sequence[SmoothCurve],
+    guides: Sequence[GuidedCurve] = (),
 ) -> list[Points | None]:
-    """Move the grids of patches so that they share normals along smooth curves.
+    """Move the grids of patches so that they share normals along smooth curves, and have those of
+    guides along these.
 
     Returns for every patch its inner vertices (k, 3), None where it stays as it is. Beside a patch
     without a grid the other one alone gives way.
@@ -171,6 +208,16 @@ def fair_patches(
         sideways = np.cross(_normalise(np.gradient(sampling.points[along], axis=0)), here)
         for number, at, sign in zip(smooth.patches, positions, (1.0, -1.0), strict=True):
             inward = sign * here * np.cos(bend) + sideways * np.sin(bend)
+            _enter_conormals(wanted[number], at, inward)
+    for guide in guides:
+        along = sampling.along[guide.curve].tolist()
+        across = _normalise(np.cross(guide.normals, np.gradient(sampling.points[along], axis=0)))
+        across[np.linalg.norm(across, axis=1) < LEAST_SINE] = np.nan
+        for number in guide.patches:
+            at = [places[number][v] for v in along]
+            leaving = _average_neighbours(_measure_conormals(patches[number], apices[number], at))
+            # Normals have two senses; the patch lies on this side of its curve.
+            inward = across if np.nansum(across * leaving) >= 0.0 else -across
             _enter_conormals(wanted[number], at, inward)
     return [
         _fair_grid(patch.loop, patch.corners, conormals)

@@ -11,6 +11,7 @@ import numpy as np
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, find_nearest_on
+from patterndb_sketch.surfacing.curvenormals import carry_normals
 from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import move_ends
 from patterndb_sketch.surfacing.naming import Step
@@ -80,7 +81,8 @@ def add_ink_curves(drawing: Drawing, ink: InkedStroke, reach: float, stage: int)
     added = tuple(dict.fromkeys(c for walk in made.walks[n:] for c, _ in walk))
     # Joined, curves are called by their number; they keep the names of before.
     curves = tuple(_renamed(curve, whole, new) for curve in made.network.curves)
-    after = CurveNetwork(curves, made.network.nodes)
+    drawn = [(curve.points, curve.normals) for curve in whole.curves]
+    after = carry_normals(CurveNetwork(curves, made.network.nodes), drawn, walks)
     stages: tuple[tuple[int, ...], ...] = ()
     if drawing.stages:
         moved = [

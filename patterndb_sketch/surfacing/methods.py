@@ -73,6 +73,8 @@ class SurfacingMethod:
     needs_database: does it take patterns from a database? Without one, the default answers.
     makes_quads:    are its faces quads? Then every cycle is given an even number of edges, and
                     vertices are further apart.
+    coarsens_flat:  has a flat loop no vertices but its own? Then straight curves between flat
+                    patches have none inside, either.
     """
 
     name: str
@@ -80,6 +82,7 @@ class SurfacingMethod:
     make: MakeSurface
     needs_database: bool = False
     makes_quads: bool = False
+    coarsens_flat: bool = False
 
 
 def make_by_chords(
@@ -130,10 +133,23 @@ def make_smooth(
 ) -> MadeSurface:
     """Fill a loop with a grid of quads as near to parallelograms as can be, cut into triangles.
 
-    A loop that lies in a plane is triangulated there: its surface is known, and a grid might leave
-    its outline. Where the best choices of corners make faces that pass through each other, chords
-    answer.
+    A loop that lies in a plane is triangulated there, without vertices inside: its surface is
+    known, and a grid might leave its outline. Where the best choices of corners make faces that
+    pass through each other, chords answer.
     """
+    import numpy as np
+
+    from patterndb.geometry.quadshape import plane_normal
+    from patterndb_sketch.surfacing.tessellation import triangulate_flat
+
+    flat = None if plane_normal(loop.points) is None else triangulate_flat(loop.points)
+    if flat is not None:
+        return MadeSurface("smooth", "", np.zeros((0, 3)), (flat,))
+    return _make_ground(loop, settings, spacing)
+
+
+def _make_ground(loop: Loop, settings: CutSettings, spacing: float) -> MadeSurface:
+    """Make the surface of a loop by a smooth grid, by chords if it is flat or no grid is sound."""
     import numpy as np
 
     from patterndb.geometry.quadshape import plane_normal
@@ -167,7 +183,8 @@ def make_by_quads(
     from patterndb_sketch.surfacing.quads import fill_with_quads
 
     assert db is not None, "the method says that it needs one"
-    ground = make_smooth(loop, settings, spacing, None)
+    # Vertices inside flat loops, too: quads are laid onto them.
+    ground = _make_ground(loop, settings, spacing)
     points = np.concatenate([loop.points, ground.points])
     try:
         filled = fill_with_quads(db, loop, points, as_triangles(ground.faces))
@@ -189,7 +206,9 @@ def _join(*notes: str) -> str:
 METHODS: dict[str, SurfacingMethod] = {
     method.name: method
     for method in (
-        SurfacingMethod("smooth", "lay a smooth grid into the loop", make_smooth),
+        SurfacingMethod(
+            "smooth", "lay a smooth grid into the loop", make_smooth, coarsens_flat=True
+        ),
         SurfacingMethod("chords", "cut along chords", make_by_chords),
         SurfacingMethod("area", "take the triangulation of least area", make_by_area),
         SurfacingMethod(

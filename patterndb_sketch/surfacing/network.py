@@ -28,12 +28,15 @@ class Curve:
     nodes:  the nodes where it begins and ends; the same one twice for a closed curve.
     id:     its name. Curves that a longer one was split into at nodes share the name.
     stroke: the name of the drawn stroke that it is a part of, by default its own.
+    normals: (k, 3) unit normals of the surface at its points, of either sense; None if they are
+            not known.
     """
 
     points: Points = field(repr=False)
     nodes: tuple[int, int]
     id: CurveId
     stroke: CurveId
+    normals: Points | None = field(default=None, repr=False)
 
     @property
     def length(self) -> float:
@@ -182,6 +185,11 @@ class CurveNetwork:
         if (points[1:] == points[:-1]).all(axis=1).any():
             raise InvalidNetworkError(
                 f"curve {curve.id!r} has two points in a row at one place; leave one out"
+            )
+        if curve.normals is not None and curve.normals.shape != points.shape:
+            raise InvalidNetworkError(
+                f"curve {curve.id!r} has {len(points)} points and {len(curve.normals)} normals; "
+                "give one normal for each point"
             )
         for node, end in zip(curve.nodes, (points[0], points[-1]), strict=True):
             if not 0 <= node < len(self.nodes) or not np.array_equal(self.nodes[node], end):

@@ -34,6 +34,7 @@ class LoopSurface:
     self_intersections: pairs of faces that pass through each other.
     seconds:       what all of this took.
     corners:       positions in the loop of the corners of a grid that fills it, () without one.
+    turned:        quads with a corner of more than 180 degrees.
     """
 
     method: str
@@ -50,6 +51,7 @@ class LoopSurface:
     self_intersections: int
     seconds: float
     corners: tuple[int, ...] = ()
+    turned: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +119,28 @@ class Surfacing:
         """(f, 3) all faces, quads cut in two along the diagonal from their first vertex."""
         pieces = [piece for patch in self.patches for piece in patch.faces]
         return as_triangles(pieces)
+
+    @property
+    def has_quads(self) -> bool:
+        """Are faces of some patch quads?"""
+        return any(piece.shape[1] == 4 for patch in self.patches for piece in patch.faces)
+
+    def count_irregular(self) -> int:
+        """Count the vertices inside the surface, in quads alone, that have not four of them."""
+        pieces = [piece for patch in self.patches for piece in patch.faces]
+        edges = [
+            np.sort(np.stack([p, np.roll(p, -1, axis=1)], axis=2).reshape(-1, 2)) for p in pieces
+        ]
+        if not edges:
+            return 0
+        pairs, uses = np.unique(np.concatenate(edges), axis=0, return_counts=True)
+        count = np.bincount(pairs.ravel(), minlength=len(self.points))
+        outer = np.zeros(len(self.points), np.bool_)
+        outer[pairs[uses != 2].ravel()] = True
+        for piece in pieces:
+            if piece.shape[1] != 4:
+                outer[piece] = True
+        return int(((count > 0) & (count != 4) & ~outer).sum())
 
     @property
     def area(self) -> float:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
+from patterndb.geometry.quadshape import PLANAR, plane_normal
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveNetwork,
@@ -35,6 +36,11 @@ EDGES_OF_MEDIAN_QUADS = 4
 #: However short it is, a stretch turns by no more than this from edge to edge, in radians: a
 #: small half circle is not to become its own diameter.
 MOST_TURNING_OF_EDGE = math.radians(30)
+
+#: A stretch is straight if none of its points is further from the line between its ends than this
+#: part of its length, and a cycle is flat if its curves are as near to one plane: half of what
+#: makes a loop of samples planar, so that rounding does not part the two.
+STRAIGHT = PLANAR / 2.0
 
 #: The most samples of a network. A patch of b boundary vertices has up to b**2 / 8 inside.
 MAX_SAMPLES = 1_000_000
@@ -107,6 +113,49 @@ def edges_at(curve: Curve, spacing: float) -> list[int]:
     return counts
 
 
+def count_coarse_edges(
+    network: CurveNetwork, cycles: Sequence[Cycle], coarse: Sequence[bool], spacing: float
+) -> list[list[int]]:
+    """Count the edges of every stretch of every curve, straight ones between flat faces as one.
+
+    coarse: for every cycle, whether its patch needs no vertices within straight stretches where it
+    is flat. All others, and curves of no cycle, have the edges that :func:`edges_at` gives them.
+    """
+    _check_spacing(spacing)
+    bare = [False] * len(network.curves)
+    needed = set[int]()
+    for cycle, may in zip(cycles, coarse, strict=True):
+        network.walk(cycle)
+        flat = may and plane_normal(network.polyline(cycle), STRAIGHT) is not None
+        for curve in cycle.curves:
+            bare[curve] = True
+            if not flat:
+                needed.add(curve)
+    counts = [edges_at(curve, spacing) for curve in network.curves]
+    for number, curve in enumerate(network.curves):
+        if bare[number] and number not in needed:
+            parts = stretches(curve)
+            counts[number] = [
+                1 if _is_straight(part) else count
+                for part, count in zip(parts, counts[number], strict=True)
+            ]
+    return counts
+
+
+def _check_spacing(spacing: float) -> None:
+    if not (math.isfinite(spacing) and spacing > 0):
+        raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
+
+
+def _is_straight(part: Points) -> bool:
+    along = part[-1] - part[0]
+    length = float(np.linalg.norm(along))
+    if length == 0.0:
+        return False
+    across = np.cross(part - part[0], along / length)
+    return float(np.linalg.norm(across, axis=1).max()) <= STRAIGHT * length
+
+
 def sample(
     network: CurveNetwork,
     spacing: float | None = None,
@@ -120,8 +169,7 @@ def sample(
     MAX_SAMPLES vertices, and for edges that do not go with the stretches.
     """
     spacing = default_spacing(network) if spacing is None else spacing
-    if not (math.isfinite(spacing) and spacing > 0):
-        raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
+    _check_spacing(spacing)
     wanted = sum(curve.length for curve in network.curves) / spacing
     if wanted > MAX_SAMPLES:
         raise InvalidNetworkError(

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.quadshape import find_turned_corners
 from patterndb.system.compiling import read_work_clock
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
@@ -23,7 +24,12 @@ from patterndb_sketch.surfacing.chords import (
 )
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
 from patterndb_sketch.surfacing.cycles.found import list_users
-from patterndb_sketch.surfacing.fairing import FilledLoop, fair_patches, find_smooth_curves
+from patterndb_sketch.surfacing.fairing import (
+    FilledLoop,
+    fair_patches,
+    find_guided_curves,
+    find_smooth_curves,
+)
 from patterndb_sketch.surfacing.methods import (
     DEFAULT_METHOD,
     METHODS,
@@ -43,6 +49,7 @@ from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_QUADS,
     Loop,
     Sampling,
+    count_coarse_edges,
     default_spacing,
     loop_of,
     sample,
@@ -51,7 +58,6 @@ from patterndb_sketch.surfacing.tessellation import area, find_self_intersection
 from query.engine import PatternSource
 
 NO_POINTS = np.zeros((0, 3))
-NOT_LEAST = "edge counts are even, but not proven to be the nearest to the spacing"
 
 #: Loops that so many stages in a row have not met are forgotten: an undone stroke may be redone.
 STAGES_KEPT = 16
@@ -124,6 +130,11 @@ def _measure(loop: Loop, made: MadeSurface, seconds: float) -> LoopSurface:
         self_intersections=len(find_self_intersections(points, as_triangles(made.faces))),
         seconds=seconds,
         corners=made.corners,
+        turned=sum(
+            int(find_turned_corners(piece, points).any(axis=1).sum())
+            for piece in made.faces
+            if piece.shape[1] == 4
+        ),
     )
 
 
@@ -144,8 +155,10 @@ def surface(
     settings: the method and its parameters.
     methods:  the names of other methods for some of the cycles.
     spacing:  about how far vertices are apart, by default
-              :func:`patterndb_sketch.surfacing.sampling.default_spacing`. Where a patch is to
-              have quads, edges are counted such that every cycle has an even number.
+              :func:`patterndb_sketch.surfacing.sampling.default_spacing`. Flat faces of the method
+              smooth have vertices at their outline alone, straight curves between them at their
+              ends. Where a patch is to have quads, edges are counted such that every cycle has an
+              even number, and a regular fill where the network allows it.
     db:       where quads come from; needed for that method.
     memory:   loops surfaced before; those met again are taken from it, new ones are added.
 
@@ -164,11 +177,15 @@ def surface(
     if lacking:
         raise InvalidNetworkError(f"{lacking[0]} come from a pattern database; give one as db")
     quads = any(way.makes_quads for way in ways)
-    coarse = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
-    step = default_spacing(network, coarse) if spacing is None else spacing
-    even = count_even_edges(network, chosen, step) if quads else None
-    sampling = sample(network, step, None if even is None else even.edges)
-    notes = () if even is None or even.least else (NOT_LEAST,)
+    median = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
+    step = default_spacing(network, median) if spacing is None else spacing
+    if quads:
+        edges = count_even_edges(network, chosen, step).edges
+    else:
+        coarse = [way.coarsens_flat for way in ways]
+        edges = count_coarse_edges(network, chosen, coarse, step)
+    sampling = sample(network, step, edges)
+    notes: tuple[str, ...] = ()
     memory = LoopMemory() if memory is None else memory
     points = [sampling.points]
     patches: list[SurfacePatch] = []
@@ -178,9 +195,9 @@ def surface(
         patches.append(patch)
         points.append(inner)
         n_points += len(inner)
-    if settings.fair:
-        patches, told = _fair_patches(network, sampling, patches)
-        notes += (told,)
+    if settings.fair or any(curve.normals is not None for curve in network.curves):
+        patches, told = _fair_patches(network, sampling, patches, settings.fair)
+        notes += told
         points[1:] = [p.surface.points for p in patches if p.surface is not None]
     together = np.concatenate(points)
     crossings = _find_crossings(together, patches)
@@ -224,14 +241,18 @@ def _make_patch(
 
 
 def _fair_patches(
-    network: CurveNetwork, sampling: Sampling, patches: Sequence[SurfacePatch]
-) -> tuple[list[SurfacePatch], str]:
-    """The patches, their grids moved so that they share normals across smooth curves, and a note.
+    network: CurveNetwork, sampling: Sampling, patches: Sequence[SurfacePatch], fair: bool
+) -> tuple[list[SurfacePatch], tuple[str, ...]]:
+    """The patches, their grids moved so that they have the normals that curves are given, and
+    share them across smooth curves if they are to be fair; and notes.
 
     A patch that would pass through itself in more places stays as it is, and says so.
     """
     cycles = [patch.cycle for patch in patches if patch.surface is not None]
-    curves = find_smooth_curves(network, sampling, cycles)
+    guides = find_guided_curves(network, sampling, cycles)
+    guided = {guide.curve for guide in guides}
+    curves = find_smooth_curves(network, sampling, cycles) if fair else []
+    curves = [one for one in curves if one.curve not in guided]
     placed: list[FilledLoop] = []
     for patch in patches:
         if patch.surface is not None:
@@ -240,7 +261,7 @@ def _fair_patches(
             points = np.concatenate([loop.points, patch.surface.points])
             faces = as_triangles(patch.surface.faces)
             placed.append(FilledLoop(loop, patch.surface.corners, points, faces))
-    moved = iter(zip(placed, fair_patches(sampling, placed, curves), strict=True))
+    moved = iter(zip(placed, fair_patches(sampling, placed, curves, guides), strict=True))
     faired: list[SurfacePatch] = []
     for patch in patches:
         before = patch.surface
@@ -253,7 +274,16 @@ def _fair_patches(
     # A curve between two patches without grids is as it was.
     curves = [one for one in curves if any(placed[k].corners for k in one.patches)]
     between = sum(len(users) == 2 for users in list_users(cycles).values())
-    return faired, f"faired across {len(curves)} of {between} curves between patches"
+    notes: tuple[str, ...] = ()
+    if fair:
+        notes += (f"faired across {len(curves)} of {between} curves between patches",)
+    if guides:
+        followed = sum(any(placed[k].corners for k in guide.patches) for guide in guides)
+        notes += (
+            f"normals followed along {followed} of {len(guides)} curves that have them; flat "
+            "patches and those of other methods than smooth do not follow them",
+        )
+    return faired, notes
 
 
 def _move_inner(patch: FilledLoop, before: LoopSurface, inner: Points) -> LoopSurface:

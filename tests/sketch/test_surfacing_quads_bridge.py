@@ -11,6 +11,7 @@ from networks import cube, prism, ring, shuffled, torus
 from quads_cases import assert_closed, assert_disk_within, filled, loops, together
 
 import patterndb
+from patterndb.geometry.quadshape import find_turned_corners
 from patterndb.store import Database
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.quads import bridge, fill_with_quads
@@ -142,6 +143,37 @@ def test_the_next_fill_is_taken_where_quads_are_flipped(
     assert np.array_equal(kept.quads, first.quads)
     assert kept.n_flipped == 3
     assert kept.note == f"3 of {len(kept.quads)} quads are flipped"
+
+
+def test_a_fill_without_turned_corners_is_taken_and_turned_ones_are_reported(
+    db: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _, of = loops(ring([(0, 0, 0), (3, 0, 0), (4, 2, 0), (1, 4, 0), (-1, 2, 0)]), 0.7)
+    (loop,) = of
+    triangles, first = filled(db, loop, False, 0.7)
+    assert first.n_turned == 0
+    asked = []
+
+    def spoilt(calls: int) -> object:
+        def turned(quads: np.ndarray, vertices: np.ndarray) -> np.ndarray:
+            found = find_turned_corners(quads, vertices)
+            asked.append(quads)
+            if len(asked) <= calls:
+                found[:2, 0] = True
+            return found
+
+        return turned
+
+    monkeypatch.setattr(bridge, "find_turned_corners", spoilt(1))
+    second = fill_with_quads(db, loop, loop.points, triangles)
+    assert len(asked) == 2
+    assert (second.n_turned, second.note) == (0, "")
+    assert not np.array_equal(second.quads, first.quads)
+    asked.clear()
+    monkeypatch.setattr(bridge, "find_turned_corners", spoilt(bridge.PLACED))
+    kept = fill_with_quads(db, loop, loop.points, triangles)
+    assert kept.n_turned == 2
+    assert kept.note == f"2 of {len(kept.quads)} quads have a turned corner"
 
 
 def test_what_cannot_be_filled_is_refused_with_the_reason(db: Database) -> None:

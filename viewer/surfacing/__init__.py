@@ -7,7 +7,7 @@ it), :mod:`~viewer.surfacing.ink` (a stroke while it is drawn), :mod:`~viewer.su
 :mod:`~viewer.surfacing.picture` and :mod:`~viewer.surfacing.window`.
 """
 
-from viewer.surfacing.state import SurfacingState
+from viewer.surfacing.state import SurfacingState, look_from
 from viewer.surfacing.window import draw, show
 
-__all__ = ["SurfacingState", "draw", "show"]
+__all__ = ["SurfacingState", "draw", "look_from", "show"]

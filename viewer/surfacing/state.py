@@ -33,6 +33,24 @@ ALPHA = Slider("alpha", 0.0, 1.0, 0.001, ends=("more chords", "fewer"), power=2.
 #: From where a network is looked at: a little from the right and from above.
 TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
 
+#: What is upright in pictures, by name: the turn (3, 3) that brings y there. Most drawing programs
+#: take y, many that build take z.
+UPRIGHT: dict[str, ArrayLike] = {
+    "y": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+    "z": [[1, 0, 0], [0, 0, -1], [0, 1, 0]],
+    "x": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]],
+    "-y": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
+    "-z": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
+    "-x": [[0, -1, 0], [1, 0, 0], [0, 0, 1]],
+}
+
+
+def look_from(upright: str) -> tuple[Points, Points]:
+    """From where (3,), and with what upright (3,), a network is looked at; upright: of UPRIGHT."""
+    turn = np.array(UPRIGHT[upright], np.float64)
+    return turn @ np.array(TOWARD), turn @ np.array(UP)
+
+
 #: What the pointer drags.
 Drag = Literal["view", "stroke"]
 

@@ -14,7 +14,12 @@ from patterndb_sketch.retopo.counts.choosing import (
     solve_counts,
 )
 from patterndb_sketch.retopo.counts.evening import Stuck
-from patterndb_sketch.retopo.counts.problem import REGULARITY, CheapRule, CountsProblem
+from patterndb_sketch.retopo.counts.problem import (
+    FLOW_REGULARITY,
+    REGULARITY,
+    CheapRule,
+    CountsProblem,
+)
 from patterndb_sketch.retopo.counts.rules import (
     find_misjudged_patches,
     has_cheap_fill,
@@ -22,6 +27,7 @@ from patterndb_sketch.retopo.counts.rules import (
 )
 
 __all__ = [
+    "FLOW_REGULARITY",
     "REGULARITY",
     "CheapRule",
     "Counts",

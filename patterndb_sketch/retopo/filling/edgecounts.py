@@ -19,7 +19,12 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.counts import CountsProblem, change_count, solve_counts
+from patterndb_sketch.retopo.counts import (
+    FLOW_REGULARITY,
+    CountsProblem,
+    change_count,
+    solve_counts,
+)
 from patterndb_sketch.retopo.counts.choosing import MOST_BALLS
 from patterndb_sketch.retopo.counts.evening import Stuck, even_by_fewest_changes
 from patterndb_sketch.retopo.errors import RefusedError
@@ -27,12 +32,6 @@ from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
 
 #: Edges around a patch, at least.
 FEWEST = 4
-
-#: What a patch costs whose opposite sides do not agree, where a draft laid curves, beside errors of
-#: counts: it has two irregular vertices that the draft's field has not. Measured on penguin, human
-#: and goathead: with half of it 0 to 3 more patches are such; with twice, up to 4 fewer, of edges
-#: that are less even.
-REGULARITY = 20.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,7 +155,7 @@ def choose_counts(
     kept = {c: network.chains[c].count for c in held if network.chains[c].count}
     whole = NumberedCounts.of(network, edge, None, kept, anew=True)
     drafted = any(chain.laid for chain in network.chains.values())
-    problem = whole.problem.with_regularity(REGULARITY) if drafted else whole.problem
+    problem = whole.problem.with_regularity(FLOW_REGULARITY) if drafted else whole.problem
     found = solve_counts(problem, n_balls)
     return whole.put(network, found.counts), whole.describe_stuck(found.stuck)
 

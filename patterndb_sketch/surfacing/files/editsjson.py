@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from msgspec import UNSET, UnsetType
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
@@ -35,6 +36,7 @@ class EditedCurveEntries(Entries):
     nodes: Pair
     id: Name
     stroke: Name
+    normals: list[Point] | UnsetType = UNSET
 
 
 class MethodEntries(Entries):
@@ -98,6 +100,7 @@ def edits_document(edits: SurfacingEdits) -> dict[str, object]:
                 "nodes": list(curve.nodes),
                 "id": curve.id,
                 "stroke": curve.stroke,
+                **({} if curve.normals is None else {"normals": curve.normals.tolist()}),
             }
             for curve in network.curves
         ],
@@ -133,7 +136,13 @@ def edits_of(document: JsonValue) -> tuple[SurfacingEdits, tuple[LooseStroke, ..
     """
     found = document.read(EditsEntries)
     curves = tuple(
-        Curve(_points(one.points), (one.nodes[0], one.nodes[1]), one.id, one.stroke)
+        Curve(
+            _points(one.points),
+            (one.nodes[0], one.nodes[1]),
+            one.id,
+            one.stroke,
+            None if one.normals is UNSET else _points(one.normals),
+        )
         for one in found.curves
     )
     network = CurveNetwork(curves, _points(found.nodes), _cycles(found.cycles))

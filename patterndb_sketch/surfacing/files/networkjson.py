@@ -1,14 +1,15 @@
 """Networks as plain JSON.
 
-    {"curves": [{"id": "rim", "points": [[0, 0, 0], [1, 0, 0.2], [2, 0, 0]]},
+    {"curves": [{"id": "rim", "points": [[0, 0, 0], [1, 0, 0.2], [2, 0, 0]],
+                 "normals": [[0, 0, 1], [0, 0.1, 1], [0, 0, 1]]},
                 {"id": 4, "points": [[2, 0, 0], [1, 2, 0]], "stroke": 2}, ...],
      "tolerance": 0.001,
      "cycles": [["rim", 4, 7], [{"curve": 7, "reversed": true}, 5, 6], ...],
      "stages": [["rim"], [4, 7], ...]}
 
 curves: the curves as drawn, each once; id is its place in the list and stroke its id where they
-are left out. They meet where
-:func:`patterndb_sketch.surfacing.joining.junctions.join_polylines` finds it, within the
+are left out; normals, where a program knows them, are those of the surface at the points. Curves
+meet where :func:`patterndb_sketch.surfacing.joining.junctions.join_polylines` finds it, within the
 tolerance, or if there is none within one that follows from the drawing.
 cycles: the patches, each the ids of its curves in the order of a closed walk;
 "reversed" may say the sense, "part" which of the parts that nodes split the curve into, counted
@@ -39,6 +40,7 @@ from patterndb.system.documents import (
     Polyline,
     complete_points,
 )
+from patterndb_sketch.surfacing.curvenormals import as_normals, carry_normals
 from patterndb_sketch.surfacing.joining.junctions import JoinedCurves, join_polylines
 from patterndb_sketch.surfacing.joining.polylines import (
     as_curve,
@@ -80,6 +82,7 @@ class CurveEntries(Entries):
     id: Name | UnsetType = UNSET
     stroke: Name | UnsetType = UNSET
     nodes: Nodes | UnsetType = UNSET
+    normals: list[Point] | UnsetType = UNSET
     bezier: Any = None
 
 
@@ -113,9 +116,16 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
         name if one.stroke is UNSET else one.stroke for name, one in zip(ids, drawn, strict=True)
     ]
     polylines: list[Points] = []
+    known: list[tuple[Points, Points | None]] = []
     for i, (one, name) in enumerate(zip(drawn, ids, strict=True)):
         with document.at("curves", i).named():
-            polylines.append(as_curve(complete_points(one.points), f"curve {name!r}"))
+            points = complete_points(one.points)
+            polylines.append(as_curve(points, f"curve {name!r}"))
+            if one.normals is UNSET:
+                known.append((polylines[-1], None))
+            else:
+                normals = as_normals(complete_points(one.normals), points, f"curve {name!r}")
+                known.append((np.array(points, np.float64), normals))
     if entries.nodes is not UNSET:
         if entries.tolerance is not UNSET or tolerance is not None:
             raise InvalidNetworkError(
@@ -123,6 +133,7 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
                 'meet; leave it out, or "nodes"'
             )
         network = _at_given_nodes(document, entries.nodes, drawn, polylines, ids, strokes)
+        network = carry_normals(network, known, [[(i, False)] for i in range(len(known))])
         walks: Walks = walks_of(network)
         found = JoinedCurves(network, ())
     else:
@@ -134,7 +145,7 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
         if tolerance is None and entries.tolerance is not UNSET:
             tolerance = entries.tolerance
         found = join_polylines(polylines, ids=ids, strokes=strokes, tolerance=tolerance)
-        network = found.network
+        network = carry_normals(found.network, known, found.walks)
         walks = {name: [walk] if walk else [] for name, walk in zip(ids, found.walks, strict=True)}
     cycles: list[Cycle] = []
     for i, cycle in enumerate(entries.cycles):
@@ -165,6 +176,7 @@ def network_document(
                 "stroke": curve.stroke,
                 "nodes": list(curve.nodes),
                 "points": curve.points.tolist(),
+                **({} if curve.normals is None else {"normals": curve.normals.tolist()}),
             }
             for curve in network.curves
         ],

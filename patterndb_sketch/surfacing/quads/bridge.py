@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from patterndb.errors import InvalidBoundaryError, InvalidMeshError
 from patterndb.geometry.points import Points
+from patterndb.geometry.quadshape import find_turned_corners
 from patterndb.geometry.surface import edge_keys
 from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_angles
 from patterndb_sketch.surfacing.sampling import Loop
@@ -26,7 +27,7 @@ POOL = 20
 #: :func:`query.placing.quality`: every angle 9 degrees nearer to a right one.
 PRICE_OF_IRREGULAR = 0.1
 
-#: Of the fills chosen from, so many are placed until one has no flipped quad.
+#: Of the fills chosen from, so many are placed until one has no flipped quad and no turned corner.
 PLACED = 4
 
 #: Interior angles in radians at which a fill has as poor quads with a corner as without: half way
@@ -47,6 +48,8 @@ class QuadPatch:
     n_irregular: vertices, inside and on the loop, whose number of quads is not what their place
                  asks for.
     n_flipped:   quads that lie upside down on the patch, or cross themselves.
+    n_turned:    quads with a corner of more than 180 degrees, see
+                 :func:`patterndb.geometry.quadshape.find_turned_corners`.
     note:        what a user should know of it; "" if there is nothing to say.
     """
 
@@ -56,6 +59,7 @@ class QuadPatch:
     origin: str
     n_irregular: int
     n_flipped: int
+    n_turned: int
     note: str
 
 
@@ -69,7 +73,7 @@ def fill_with_quads(
 
     Of the first POOL fills in the order of what artists did (:func:`query.fills`) the one whose
     quads are squarest over the loop, an irregular vertex more counting as PRICE_OF_IRREGULAR;
-    the next ones if it has flipped quads once it is placed.
+    the next ones if it has flipped quads or turned corners once it is placed.
 
     Raises InvalidNetworkError, saying why, where no quads can fill the loop, and for triangles
     that do not fill it in its sense.
@@ -80,12 +84,14 @@ def fill_with_quads(
         region = _region(len(loop.points), points, triangles, start)
     except InvalidMeshError as error:
         raise InvalidNetworkError(f"the loop's patch cannot carry quads: {error}") from error
-    fill, placed = _best(db, boundary, region)
+    fill, placed, n_turned = _best(db, boundary, region)
     n, inner = boundary.perimeter, fill.n_vertices - boundary.perimeter
     position = np.r_[(np.arange(n) + start) % n, n + np.arange(inner)].astype(np.int64)
     notes: list[str] = []
     if len(placed.flipped):
         notes.append(f"{len(placed.flipped)} of {fill.n_quads} quads are flipped")
+    if n_turned:
+        notes.append(f"{n_turned} of {fill.n_quads} quads have a turned corner")
     if not placed.at_rest:
         notes.append("smoothing of the quads on their patch was broken off")
     return QuadPatch(
@@ -95,11 +101,13 @@ def fill_with_quads(
         fill.origin,
         fill.n_irregular,
         len(placed.flipped),
+        n_turned,
         "; ".join(notes),
     )
 
 
-def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, Placement]:
+def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, Placement, int]:
+    """The fill, where it lies, and how many of its quads have a turned corner there."""
     pool = list(fills(db, boundary, limit=POOL, order="artist"))
     at = boundary.points
     assert pool and at is not None, "every boundary of even length has a fill"
@@ -107,15 +115,15 @@ def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, 
         quality(fill.quads, lay_flat(fill, at)) + PRICE_OF_IRREGULAR * fill.n_irregular
         for fill in pool
     ]
-    best: tuple[Fill, Placement] | None = None
+    tried: list[tuple[Fill, Placement, int]] = []
     for i in islice(np.argsort(costs, kind="stable").tolist(), PLACED):
         placed = place(pool[i], at, region)
-        if best is None or len(placed.flipped) < len(best[1].flipped):
-            best = pool[i], placed
-        if not len(placed.flipped):
+        turned = int(find_turned_corners(pool[i].quads, placed.vertices).any(axis=1).sum())
+        tried.append((pool[i], placed, turned))
+        if not len(placed.flipped) and not turned:
             break
-    assert best is not None
-    return best
+    # The first of equals.
+    return min(tried, key=lambda one: (len(one[1].flipped), one[2]))
 
 
 def _region(n: int, points: Points, triangles: NDArray[np.integer], start: int) -> Region:
@@ -164,25 +172,35 @@ def measure_interior_angles(
     return angle[:n]
 
 
+def find_sides(
+    loop: Loop, points: Points, triangles: NDArray[np.integer]
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Find the corners between the sides of a loop of n vertices: (n,) convex, (n,) reflex.
+
+    points: (v, 3), the loop's first; triangles: (t, 3), a patch within the loop. A corner of the
+    loop is one here if its interior angle is below CONVEX_BELOW or above REFLEX_ABOVE.
+
+    Not every turning by more than 20 degrees, which chords take for a corner, is one here: a turn
+    by 25 degrees leaves a single quad with an angle of 155 where two have 77 each. The bounds lie
+    half way between what suits one, two and three quads.
+    """
+    angle = measure_interior_angles(len(loop.points), points, triangles)
+    return loop.corners & (angle < CONVEX_BELOW), loop.corners & (angle > REFLEX_ABOVE)
+
+
 def boundary_of(loop: Loop, points: Points, triangles: NDArray[np.integer]) -> tuple[Boundary, int]:
     """The boundary that a fill of the loop has, and the position in the loop where it begins.
 
     points: (v, 3), the loop's first; triangles: (t, 3), a patch within the loop. Boundary
-    vertex i is position (start + i) % n of the loop, in the loop's sense. A corner of the loop is
-    one of the boundary if its interior angle is below CONVEX_BELOW or above REFLEX_ABOVE; a loop
-    without such corners is one closed side, which fills have a ring of quads along.
-
-    Not every turning by more than 20 degrees, which chords take for a corner, is one here: a turn
-    by 25 degrees leaves a single quad with an angle of 155 where two have 77 each. The bounds lie
-    half way between what suits one, two and three quads. A corner may be reflex.
+    vertex i is position (start + i) % n of the loop, in the loop's sense. Its corners are those
+    that :func:`find_sides` finds; a loop without any is one closed side, which fills have a ring of
+    quads along.
 
     Raises InvalidNetworkError, saying what would mend it, for loops that no quads can fill: with
     an odd number of vertices, fewer than 4, or more than 2,000.
     """
     n = len(loop.points)
-    angle = measure_interior_angles(n, points, triangles)
-    convex = loop.corners & (angle < CONVEX_BELOW)
-    reflex = loop.corners & (angle > REFLEX_ABOVE)
+    convex, reflex = find_sides(loop, points, triangles)
     at = np.flatnonzero(convex | reflex)
     try:
         if not len(at):

@@ -12,6 +12,7 @@ from patterndb_sketch.surfacing.tessellation.piece import (
     Tessellation,
     minimal_area,
     tessellate,
+    triangulate_flat,
 )
 from patterndb_sketch.surfacing.tessellation.planar import MAX_INNER
 from patterndb_sketch.surfacing.tessellation.triangles import area
@@ -32,4 +33,5 @@ __all__ = [
     "pick",
     "tessellate",
     "tessellate_patch",
+    "triangulate_flat",
 ]

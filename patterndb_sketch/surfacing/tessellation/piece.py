@@ -112,6 +112,18 @@ def tessellate(
     return Tessellation(seen.lifted(mesh[m:], heights[m:]), triangles, "laplacian")
 
 
+def triangulate_flat(points: Points) -> Int64Array | None:
+    """Triangulate a closed polyline (m, 3) that lies in a plane: (m - 2, 3), as the polyline turns.
+
+    The constrained Delaunay triangulation, without further vertices. None if the polyline crosses
+    or touches itself.
+    """
+    if len(points) == 3:
+        return np.array([[0, 1, 2]])
+    seen = project_piece(points)
+    return None if seen is None else triangulate_polygon(seen.grid)[0].reshape(-1, 3)
+
+
 def _of_least_area(at: Points, barred: NDArray[np.bool_] | None, note: str) -> Tessellation:
     return Tessellation(np.empty((0, 3)), minimal_area(at, barred)[0], "area", note)
 
