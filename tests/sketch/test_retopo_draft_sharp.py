@@ -206,5 +206,5 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(source: PatternSou
 
 @pytest.mark.parametrize("sharp", ["blunt", 0.0, 180.0, True, [1]])
 def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> None:
-    with pytest.raises(InvalidRetopoError, match='"auto", "none", or an angle'):
+    with pytest.raises(InvalidRetopoError, match='"auto", "none", or a number from 1'):
         Editor(box(1), source).do(Call("draft", {"sharp": sharp}))

@@ -11,7 +11,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from patterndb_sketch.retopo.arguments import REQUIRED, Flag, Number, PointList, Vector, Word
+from patterndb_sketch.retopo.arguments import (
+    REQUIRED,
+    Flag,
+    Number,
+    PointList,
+    Vector,
+    Word,
+    WordOrNumber,
+)
 from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import SNAP, Gesture, Target, Tool
 
@@ -130,7 +138,7 @@ def list_options(tool: Tool) -> list[ToolOption]:
             found.append(
                 ToolOption(name, (default, *(v for v in (True, False) if v is not default)))
             )
-        elif isinstance(kind, Word):
+        elif isinstance(kind, Word | WordOrNumber):
             found.append(ToolOption(name, (default, *(v for v in kind.words if v != default))))
         elif isinstance(kind, Number) and kind.whole and isinstance(default, int):
             numbers = range(int(kind.low), int(min(kind.high, kind.low + 62)) + 1)

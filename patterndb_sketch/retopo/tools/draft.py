@@ -9,7 +9,13 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
-from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Word, optional_length
+from patterndb_sketch.retopo.arguments import (
+    Argument,
+    Flag,
+    Number,
+    WordOrNumber,
+    optional_length,
+)
 from patterndb_sketch.retopo.draft.byparts import (
     EDGES,
     LEAST_EDGE,
@@ -32,7 +38,7 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     drop_open_chains,
     find_sharp_edges,
 )
-from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
@@ -57,21 +63,6 @@ NEAR_COUNT = 0.1
 
 #: A quad with a scaled Jacobian below this is named in the report.
 POOR_QUAD = 0.3
-
-
-@dataclass(frozen=True, slots=True)
-class SharpChoice:
-    """Reads which edges are sharp: "auto", "none", or a dihedral angle in degrees."""
-
-    wanted: str = '"auto", "none", or an angle in degrees from 1 to 179'
-
-    def read(self, name: str, value: object) -> str | float:
-        try:
-            if isinstance(value, str):
-                return str(Word(("auto", "none")).read(name, value))
-            return float(Number(1.0, 179.0).read(name, value))
-        except InvalidRetopoError:
-            raise InvalidRetopoError(f"{name} is {value!r}; give {self.wanted}") from None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -303,7 +294,11 @@ DRAFT = Tool(
     {
         "edge": optional_length("target length of the quads' edges"),
         "quads": Argument(Number(20, 200_000, True), "about how many quads; not with edge", None),
-        "sharp": Argument(SharpChoice(), "which edges are sharp, and kept", "auto"),
+        "sharp": Argument(
+            WordOrNumber(("auto", "none"), Number(1.0, 179.0)),
+            "which edges are sharp, and kept: found, none, or all above an angle in degrees",
+            "auto",
+        ),
         "symmetry": Argument(Flag(), "work on one half of a surface that is symmetric", True),
         "strict": Argument(Flag(), "refuse all where a part cannot be drafted well", False),
     },
