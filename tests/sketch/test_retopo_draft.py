@@ -258,7 +258,14 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
         assert outcome.refused is not None and editor.state is before
         return outcome.refused
 
-    assert "out of proportion" in refused(sphere(), edge=3.0)
+    said = refused(sphere(), edge=3.0)
+    assert "out of proportion" in said
+    # An edge of the lengths that it names is not.
+    low, high = re.findall(r"from (\S+) to (\S+)$", said)[0]
+    ground = sphere()
+    work = Editor(ground, source)
+    for edge in (float(low), float(high)):
+        draft._read_goal(work, {"edge": edge, "quads": None, "sharp": "none"})  # type: ignore[arg-type]
 
 
 def touching_balls(pinch: int) -> Ground:
@@ -407,7 +414,7 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
     assert np.hypot(x, y) == pytest.approx(1.0, abs=0.05) and abs(z) < 0.05
     # With the edge that it names it is not refused so any more.
     with pytest.raises(AssertionError, match="it was filled"):
-        Editor(lace, source).do(Call("draft", {"edge": 0.9 * float(found[3]), "symmetry": False}))
+        Editor(lace, source).do(Call("draft", {"edge": float(found[3]), "symmetry": False}))
 
 
 def boxes_at_an_edge(apart: bool) -> Ground:
