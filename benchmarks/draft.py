@@ -262,7 +262,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.meshes or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        warm = ["--edge", "0.6", "--sharp", options.sharp]
+        warm = ["--edge", "6", "--sharp", options.sharp]
         make_draft(ROOT / "examples" / "dog.obj", warm, Path(temporary) / "warm.obj")
         print(HEAD, flush=True)
         for path in options.surfaces:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,23 +14,30 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
+from patterndb_sketch.retopo.draft import byparts
+from patterndb_sketch.retopo.draft.byparts import PartsDraft
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
+from patterndb_sketch.retopo.draft.judging import DraftJudge
+from patterndb_sketch.retopo.draft.proposing import DraftTask, ProposedDraft
 from patterndb_sketch.retopo.draft.shapematching import match_squares
 from patterndb_sketch.retopo.draft.sharpedges import (
     AUTOMATIC,
     SharpRule,
     count_degrees,
     drop_open_chains,
+    find_border,
     find_sharp_edges,
     list_chains,
 )
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders, check_network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools import draft
+from patterndb_sketch.retopo.wording import round_down, round_up
 from query.engine import PatternSource
 
 
@@ -78,6 +87,20 @@ def test_a_crease_continues_where_it_fades() -> None:
     assert set(count_degrees(edges)) <= set(on_ridge.tolist())
     ends = ground.vertices[list(count_degrees(edges)), 0]
     assert ends.min() == 0.0 and 5.0 < ends.max() < 10.0
+
+
+def test_a_crease_from_border_to_border_is_not_open() -> None:
+    # A roof with a ridge of 2 units.
+    x, s = np.meshgrid(np.linspace(0.0, 2.0, 21), np.linspace(-1.0, 1.0, 9), indexing="ij")
+    a = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([a[:-1, :-1], a[1:, :-1], a[1:, 1:], a[:-1, 1:]], axis=2).reshape(-1, 4)
+    points = np.stack([x, s, -np.abs(s)], axis=2).reshape(-1, 3)
+    roof = Ground.of(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    edges = find_sharp_edges(roof, 0.6)
+    assert length_of(roof, edges) == pytest.approx(2.0)
+    assert drop_open_chains(edges, find_border(roof)) == edges and not drop_open_chains(edges)
+    # Shorter than one and a half edges of the quads it is noise.
+    assert not find_sharp_edges(roof, 1.5)
 
 
 @given(
@@ -177,12 +200,16 @@ def test_scaled_jacobians_are_those_of_the_plain_definition(seed: int) -> None:
     assert scaled_jacobian(np.array([[0, 1, 2, 3]]), square) == pytest.approx([1.0])
 
 
-def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(source: PatternSource) -> None:
+@pytest.mark.parametrize("symmetry", [False, True])
+def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(
+    symmetry: bool, source: PatternSource
+) -> None:
     ground = box()
     editor = Editor(ground, source)
-    outcome = editor.do(Call("draft", {"quads": 300, "symmetry": False}))
+    outcome = editor.do(Call("draft", {"quads": 300, "symmetry": symmetry}))
     assert outcome.changed, outcome.refused
-    mesh = weld_fills(editor.fill())
+    assert (editor.state.plane is not None) == symmetry
+    mesh = editor.mesh(editor.fill())
     assert 270 <= len(mesh.quads) <= 330
     tail, head = mesh.list_sides()
     at = mesh.vertices
@@ -196,6 +223,8 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(source: PatternSou
     for v in corners:
         assert np.linalg.norm(at - ground.vertices[v], axis=1).min() < 1e-9
     assert scaled_jacobian(mesh.quads, at).min() > 0.9
+    if symmetry:
+        return
     # Without them, corners are rounded off.
     rounded = Editor(ground, source)
     rounded.do(Call("draft", {"quads": 300, "symmetry": False, "sharp": "none"}))
@@ -204,7 +233,99 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(source: PatternSou
     assert max(off) > 1e-3
 
 
+@pytest.mark.parametrize("refused", ["creases", "all"])
+@pytest.mark.parametrize("strict", [True, False])
+def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
+    refused: str, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    one = box()
+    points = np.concatenate([one.vertices, one.vertices + np.array([9.0, 0.0, 0.0])])
+    triangles = np.concatenate([one.triangles, one.triangles + len(one.vertices)])
+    propose = byparts.propose_draft
+
+    def refuse_first(task: DraftTask, *more: Any) -> ProposedDraft:
+        first = task.ground.vertices[task.ground.triangles].mean() < 2.0
+        if first and (refused == "all" or task.goal.sharp is not None):
+            raise RefusedError("no draft: not at (1, 2, 3)")
+        return propose(task, *more)
+
+    monkeypatch.setattr(byparts, "propose_draft", refuse_first)
+    editor = Editor(Ground.of(points, triangles), source)
+    outcome = editor.do(Call("draft", {"quads": 400, "symmetry": False, "strict": strict}))
+    if refused == "all" and strict:
+        assert outcome.refused == "no draft: not at (1, 2, 3)" and not editor.network.chains
+        return
+    wanted = "is left open" if refused == "all" else "sharp edges are not all kept"
+    assert any(wanted in note and "not at (1, 2, 3)" in note for note in outcome.notes)
+    at = editor.mesh(editor.fill()).vertices
+    away = [
+        [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(one, x)]
+        for x in (0.0, 9.0)
+    ]
+    assert max(away[1]) < 1e-9 < 1e-3 < max(away[0])
+    assert (max(away[0]) < 1.0) == (refused == "creases")
+
+
+def ground_corners(ground: Ground, x: float) -> Points:
+    """(8, 3) the corners of a box, moved along x."""
+    degrees = count_degrees(find_sharp_edges(ground, 0.3))
+    return ground.vertices[[v for v, n in degrees.items() if n == 3]] + np.array([x, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("poor", ["half", "both", "none"])
+def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_better(
+    poor: str, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    propose = draft.propose_by_parts
+    halves: list[bool] = []
+
+    def spoil(task: DraftTask, *more: Any, **named: Any) -> PartsDraft:
+        one = propose(task, *more, **named)
+        halves.append(task.half is not None)
+        if poor == "none" or (poor == "half" and task.half is None):
+            return one
+        n = 50 if task.half is not None else 90
+        return replace(one, made=replace(one.made, poor=np.full((n, 3), 7.0)))
+
+    monkeypatch.setattr(draft, "propose_by_parts", spoil)
+    editor = Editor(box(), source)
+    outcome = editor.do(Call("draft", {"quads": 200}))
+    assert outcome.changed and halves == ([True] if poor == "none" else [True, False])
+    assert (editor.state.plane is None) == (poor == "half")
+    if poor == "half":
+        said = (
+            "not by halves, though the surface is symmetric: there would be 50 poor quads at (7, "
+        )
+        assert any(note.startswith(said) for note in outcome.notes)
+
+
+def test_what_is_open_or_tangled_is_a_flaw_with_its_place(source: PatternSource) -> None:
+    ground = box()
+    editor = Editor(ground, source)
+    editor.do(Call("draft", {"quads": 200, "symmetry": False}))
+    found = editor.fill()
+    judge = DraftJudge(ground, None)
+    assert judge.list_flaws(found, judge.report(found)) == ()
+    placed = dict(found.placed)
+    gone = placed.pop(min(placed))
+    holed = replace(found, placed=placed)
+    (flaw,) = judge.list_flaws(holed, judge.report(holed))[:1]
+    assert flaw.startswith("no quads in a patch at (")
+    place = np.array([float(word) for word in flaw[flaw.index("(") + 1 : -1].split(", ")])
+    assert np.linalg.norm(gone.vertices - place, axis=1).min() < 2.0
+    made = ProposedDraft.of(holed, judge)
+    assert not made.sound and ProposedDraft.of(found, judge).sound
+
+
+@given(st.floats(1e-12, 1e12), st.integers(1, 6))
+def test_limits_that_are_named_are_within_what_they_limit(number: float, digits: int) -> None:
+    below, above = round_down(number, digits), round_up(number, digits)
+    assert below <= number <= above
+    assert above - below <= 1.01 * 10.0 ** (np.floor(np.log10(number)) + 1 - digits)
+    assert float(f"{below:.{digits}g}") == below and float(f"{above:.{digits}g}") == above
+
+
 @pytest.mark.parametrize("sharp", ["blunt", 0.0, 180.0, True, [1]])
 def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> None:
-    with pytest.raises(InvalidRetopoError, match='"auto", "none", or an angle'):
+    with pytest.raises(InvalidRetopoError, match='"auto", "none", or a number from 1'):
         Editor(box(1), source).do(Call("draft", {"sharp": sharp}))

@@ -17,16 +17,21 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points, units
 from patterndb.system.underway import told_underway
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
+from patterndb_sketch.retopo.draft.creases import find_creases
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
 from patterndb_sketch.retopo.draft.proposing import (
+    LEAST_EDGE,
     MOST_IN_VAIN,
     TRIED,
     WRONG,
+    DraftBudget,
+    DraftGoal,
     DraftTask,
     LaceError,
     ProposedDraft,
     propose_draft,
 )
+from patterndb_sketch.retopo.draft.sharpedges import drop_open_chains, find_border
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -48,9 +53,9 @@ MOST_PARTS = 100
 #: their way round what is small, coarser ones leave it out.
 EDGES = (1.0, 0.75, 1.3)
 
-#: A part with a thin handle gets edges that close around it, less this part, unless it would have
-#: more quads than so many times what the whole surface has with edges as asked for.
-CLOSING, MOST_QUADS = 0.9, 1.8
+#: A part with a thin handle gets edges that close around it, unless it would have more quads than
+#: so many times what the whole surface has with edges as asked for.
+MOST_QUADS = 1.8
 
 #: Where a part is left open, so much of the budget is left to the other parts at least.
 LEFT_TO_OTHERS = 0.25 * MOST_IN_VAIN
@@ -63,21 +68,23 @@ SAME_PLACE = 1e-9
 #: such edges are tried, too: what is thin, as buttons are, has quads around its rim then.
 SMALL, FINER = 0.03, (0.5, 0.35)
 
-#: Edges of a draft are no shorter than this part of the diagonal: they give a hundred thousand
-#: quads.
-LEAST_EDGE = 0.004
-
 #: Borders of two parts may lie on each other, in opposite directions: where one runs counts as
 #: much as being this part of a sampling away.
 DIRECTED = 1.0
 
 
+#: Quads of unsound drafts with creases, after which creases are tried no further: where they are
+#: noise they must not cost much more than the draft without them.
+CREASES_IN_VAIN = 600
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PartsDraft:
-    """A draft of all parts, and what there is to say of how it came."""
+    """A draft of all parts, and notes of how it came. creased: does it keep all creases?"""
 
     made: ProposedDraft
     notes: tuple[str, ...]
+    creased: bool = True
 
 
 def propose_by_parts(
@@ -87,7 +94,8 @@ def propose_by_parts(
 
     edges: in target edges, that are tried in this order until a draft of the part is sound.
     strict: is all refused where a part is? Else that part is left open, and named in the notes; the
-    draft of a part that is not sound is kept then, with its flaws.
+    draft of a part that is not sound is kept then, with its flaws. Of each part as many creases are
+    kept as go: all, closed ones, none.
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
     with told_underway("drafting" if task.half is None else "drafting one half") as tell:
@@ -95,7 +103,7 @@ def propose_by_parts(
         network = task.network
         bare = all(chain.marked for chain in network.chains.values()) and not network.patches
         if not bare or not 1 < parts.parts <= MOST_PARTS:
-            return _propose_by_edges(task, edges, 1.0, tell)
+            return _propose_by_creases(task, edges, 1.0, tell)
         return _propose_all(task, parts, edges, strict, tell)
 
 
@@ -109,7 +117,7 @@ def _propose_all(
     network, ground, half = task.network, task.ground, task.half
     notes: list[str] = []
     alone: dict[int, PlacedPatch] = {}
-    done = 0.0
+    done, creased = 0.0, True
     total = float(ground.surface.areas.sum())
     own = share_chains(network, ground, parts, task.sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
@@ -129,7 +137,7 @@ def _propose_all(
         done += share
         try:
             of_part = replace(task, network=begun, ground=part, half=half_part)
-            one = _propose_by_edges(of_part, edges, share)
+            one = _propose_by_creases(of_part, edges, share)
         except RefusedError as error:
             if strict:
                 raise
@@ -145,8 +153,9 @@ def _propose_all(
             and not _may_be_covered(made, part, half_part, ground, parts.part == k)
         ):
             # With it nothing is sound, whatever the other parts come to.
-            return PartsDraft(made, (*notes, *one.notes))
+            return PartsDraft(made, (*notes, *one.notes), creased and one.creased)
         notes += one.notes
+        creased = creased and one.creased
         alone |= made.found.placed
         for kept, now in ((chains, begun.chains), (nodes, begun.nodes)):
             for number in now:
@@ -161,7 +170,7 @@ def _propose_all(
     # As the editor will fill it.
     found = fill_as_placed(together, ground, task.source, task.sizes.edge, alone)
     judge = DraftJudge(ground, half, task.goal.allow_off(ground))
-    return PartsDraft(ProposedDraft.of(found, judge), tuple(notes))
+    return PartsDraft(ProposedDraft.of(found, judge), tuple(notes), creased)
 
 
 def fill_as_placed(
@@ -207,6 +216,50 @@ def _may_be_covered(
     return bool(off <= MOST_OFF * ground.diagonal)
 
 
+def _propose_by_creases(
+    task: DraftTask,
+    edges: Sequence[float],
+    share: float,
+    tell: Callable[[float], None] | None = None,
+) -> PartsDraft:
+    """Return the first draft that is sound with as many creases as go, or the best; see
+    :func:`_propose_by_edges`."""
+    notes: list[str] = []
+    tried: list[PartsDraft] = []
+    for goal in _list_goals(task):
+        budget = DraftBudget(min(CREASES_IN_VAIN, task.budget.left))
+        try:
+            one = _propose_by_edges(replace(task, goal=goal, budget=budget), edges, share, tell)
+        except RefusedError as error:
+            notes.append(f"sharp edges are not all kept: {error}")
+            continue
+        one = replace(one, notes=(*notes, *one.notes), creased=not notes)
+        if one.made.sound:
+            return one
+        tried.append(one)
+        notes.append(f"sharp edges are not all kept: there would be {'; '.join(one.made.flaws)}")
+    without = replace(task, goal=replace(task.goal, sharp=None))
+    try:
+        bare = _propose_by_edges(without, edges, share, tell)
+    except RefusedError:
+        if not tried:
+            raise
+        return min(tried, key=lambda one: one.made.rank)
+    tried.append(replace(bare, notes=(*notes, *bare.notes), creased=not notes))
+    return tried[-1] if bare.made.sound else min(tried, key=lambda one: one.made.rank)
+
+
+def _list_goals(task: DraftTask) -> list[DraftGoal]:
+    """List the goals with creases, as far as they differ on the task's ground."""
+    goal = task.goal
+    if goal.sharp is None:
+        return []
+    edges = find_creases(task.ground, task.sizes.edge, goal.sharp)
+    closed = drop_open_chains(edges, find_border(task.ground))
+    goals = [goal] if edges else []
+    return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals
+
+
 def _propose_by_edges(
     task: DraftTask,
     edges: Sequence[float],
@@ -231,7 +284,7 @@ def _propose_by_edges(
             made = propose_draft(replace(task, sizes=tried), enough, tell)
         except RefusedError as error:
             if why is None and isinstance(error, LaceError):
-                finer = CLOSING * error.edge / sizes.edge
+                finer = error.edge / sizes.edge
                 if share <= MOST_QUADS * finer**2:
                     left = [finer]
             why = error if why is None else why

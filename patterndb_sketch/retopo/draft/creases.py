@@ -21,6 +21,7 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     SharpRule,
     count_degrees,
     drop_open_chains,
+    find_border,
     find_sharp_edges,
     list_chains,
 )
@@ -64,6 +65,17 @@ class Creases:
     clipped: Points
 
 
+def find_creases(ground: Ground, edge: float, rule: SharpRule) -> frozenset[Edge]:
+    """Find the sharp edges that quads of a target edge length can keep; none where all is rough."""
+    edges = find_sharp_edges(ground, edge, rule)
+    if rule.filtered and edges:
+        ends = ground.vertices[np.array(sorted(edges))]
+        length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
+        if length * edge > CROWDED * float(ground.surface.areas.sum()):
+            return frozenset()
+    return edges
+
+
 def add_creases(
     network: Network, ground: Ground, sizes: Sizes, rule: SharpRule, *, closed: bool = False
 ) -> Creases | None:
@@ -71,19 +83,14 @@ def add_creases(
 
     closed: leave out those with an open end. Sharp edges along a border are left to it.
     """
-    edges = find_sharp_edges(ground, sizes.edge, rule)
-    on_border = FieldMesh.of(ground).on_border
-    edges = frozenset((a, b) for a, b in edges if not (on_border[a] and on_border[b]))
+    edges = find_creases(ground, sizes.edge, rule)
     edges, clipped = _keep_clear(network, ground, edges, CLEARANCE * sizes.edge)
+    border = find_border(ground)
     if closed:
-        edges = drop_open_chains(edges)
+        edges = drop_open_chains(edges, border)
     if not edges:
         return None
-    ends = ground.vertices[np.array(sorted(edges))]
-    length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
-    if rule.filtered and length * sizes.edge > CROWDED * float(ground.surface.areas.sum()):
-        return None
-    stops = {v for pair in edges for v in pair if on_border[v]}
+    stops = {v for pair in edges for v in pair} & border
     for chain in list_chains(edges):
         stops.update(_find_corners(ground.vertices, chain, REACH * sizes.edge))
     return _CreaseBuilder(network, ground, sizes).build(edges, stops, clipped)

@@ -86,14 +86,20 @@ class FixedCurve:
         self.along = np.where(came, wanted, self.along)
 
     def piece(self, low: int, high: int) -> tuple[Points, Points]:
-        """Return the points and normals from one of the vertices to another."""
+        """Return the points and normals from one of the vertices to another; the curve's own points
+        are among them, as they are."""
         first, last = self.along[low], self.along[high]
-        inner = self.place
+        place, number = self.place, np.arange(len(self.place))
         if self.closed:
-            inner = np.concatenate([inner[:-1] - inner[-1], inner, inner[1:] + inner[-1]])
-        inner = inner[(inner > first) & (inner < last)]
-        wanted = np.unique(np.r_[first, inner, last, np.linspace(first, last, FEWEST_POINTS)])
-        return self.locate(wanted)
+            place = np.concatenate([place[:-1] - place[-1], place, place[1:] + place[-1]])
+            number = np.concatenate([number[:-1], number, number[1:]])
+        inner = (place > first) & (place < last)
+        place, number = place[inner], number[inner]
+        wanted = np.unique(np.r_[first, place, last, np.linspace(first, last, FEWEST_POINTS)])
+        points, normals = self.locate(wanted)
+        own = np.searchsorted(wanted, place)
+        points[own], normals[own] = self.line[number], self.normals[number]
+        return points, normals
 
 
 def find_fixed_curves(

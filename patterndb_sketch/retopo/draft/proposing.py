@@ -60,7 +60,7 @@ from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
-from patterndb_sketch.retopo.wording import count_places, format_place
+from patterndb_sketch.retopo.wording import count_places, format_place, round_down
 from query.engine import PatternSource
 
 #: Edges of the mesh that the field is solved on, in target edges.
@@ -351,6 +351,9 @@ def measure_layout(draft: DraftedNetwork) -> tuple[float, float]:
 #: So many irregular vertices in a thousand quads weigh as much as edges that differ by so much.
 ODD_IN_THOUSAND, UNEVEN = 20.0, 0.2
 
+#: And as much as so many poor quads in a thousand.
+POOR_IN_THOUSAND = 5.0
+
 
 def price_layout(draft: DraftedNetwork) -> float:
     odd, uneven = measure_layout(draft)
@@ -365,12 +368,14 @@ WRONG = 4
 class ProposedDraft:
     """A draft that is made: found: its network, with counts and fills, and where these lie.
     report: of its mesh. flaws: what is wrong with that, in words, with places. rank: the less, the
-    better. notes: what the user should know of how it came, in words."""
+    better. poor: (n, 3) the middles of poor quads, the worst first. notes: what the user should
+    know of how it came, in words."""
 
     found: FilledNetwork
     report: Report
     flaws: tuple[str, ...]
     rank: tuple[float, ...]
+    poor: Points
     notes: tuple[str, ...] = ()
 
     @classmethod
@@ -382,7 +387,8 @@ class ProposedDraft:
         off = max(made.to_ground, made.from_ground)
         wrong = (made.unfilled, made.tangled, made.flipped, max(off - judge.most_off, 0.0))
         rank = (*wrong, sum(made.irregular.values()), off)
-        return cls(found, made, judge.list_flaws(found, made), rank, notes)
+        flaws = judge.list_flaws(found, made)
+        return cls(found, made, flaws, rank, judge.find_poor(found), notes)
 
     @property
     def network(self) -> Network:
@@ -393,6 +399,12 @@ class ProposedDraft:
     def sound(self) -> bool:
         """Is nothing wrong with it?"""
         return not any(self.rank[:WRONG])
+
+    @property
+    def price(self) -> float:
+        """The less, the better shaped it is: irregular vertices and poor quads in a thousand."""
+        odd = sum(self.report.irregular.values()) / ODD_IN_THOUSAND
+        return 1000.0 * (odd + len(self.poor) / POOR_IN_THOUSAND) / self.report.quads
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -443,8 +455,8 @@ def propose_draft(
     fitted, and the next ones only if that is not sound. tell: is called with the share of settings
     that are done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
-    given, and where no setting comes to a mesh that is whole and near to the surface;
-    RoundRegionError where the same region has too few corners by two settings.
+    given, and where no setting comes to a layout; RoundRegionError where the same region has too
+    few corners by two settings.
     """
     goal, budget, sizes, ground = task.goal, task.budget, task.sizes, task.ground
     network, mesh, notes = _prepare(task)
@@ -498,7 +510,6 @@ def propose_draft(
             break
     if best is None:
         raise RefusedError(f"no draft: {why[0]}")
-    judge.refuse_bad(best.report, best.found)
     return best
 
 
@@ -529,10 +540,10 @@ def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
                 "or has needles; mend it, or draw by hand"
             )
         mesh = FieldMesh.of(even)
-        _refuse_laces(mesh, sizes.edge)
+        _refuse_laces(mesh, sizes.edge, ground.diagonal)
     else:
         network = creases.network
-        _refuse_laces(FieldMesh.of(ground), sizes.edge)
+        _refuse_laces(FieldMesh.of(ground), sizes.edge, ground.diagonal)
         mesh = cut_along_creases(network, ground, creases.half, fine)
         if len(creases.clipped):
             where = count_places("a place", "places", creases.clipped)
@@ -546,26 +557,37 @@ def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
 #: a tube, and it has no shape with fewer.
 LEAST_AROUND = 3.0
 
+#: Edges that close around a thin handle are shorter by this part: on a finer mesh the loop is a
+#: little shorter.
+CLOSING = 0.9
+
+#: Edges of a draft are no shorter than this part of the diagonal: they give a hundred thousand
+#: quads.
+LEAST_EDGE = 0.004
+
 
 class LaceError(RefusedError):
-    """A handle of the surface is too thin; edge: a length with which it is not."""
+    """A handle of the surface is too thin; edge: a length with which it is not, perhaps shorter
+    than a draft may have."""
 
     def __init__(self, message: str, edge: float) -> None:
         super().__init__(message)
         self.edge = edge
 
 
-def _refuse_laces(mesh: FieldMesh, edge: float) -> None:
+def _refuse_laces(mesh: FieldMesh, edge: float, diagonal: float) -> None:
     """LaceError, with the place, for a surface with a handle that no ring of quads of this edge
     goes around, or through: a lace, or the slit below it."""
     found = find_shortest_handle(mesh)
     if found is not None and found.length < LEAST_AROUND * edge:
-        finer = found.length / LEAST_AROUND
+        finer = round_down(CLOSING * found.length / LEAST_AROUND)
+        ways = ["close the opening if it is not meant", "draw by hand"]
+        if finer >= LEAST_EDGE * diagonal:
+            ways.insert(0, f"take an edge of {finer:g}")
         raise LaceError(
             f"no draft: a handle of the surface, or the opening through it, is {found.length:.3g} "
             f"around at {format_place(found.middle)}, and an edge is {edge:.3g}: no ring of quads "
-            f"closes there; take an edge of {finer:.2g}, close the opening if it is none, or draw "
-            "by hand",
+            f"closes there; {', '.join(ways[:-1])}, or {ways[-1]}",
             finer,
         )
 

@@ -8,7 +8,7 @@ roughness of the surface, and short ones are noise.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -31,7 +31,8 @@ CONTRAST, ROUGH, CLEAR = 4.0, 8.0, 65.0
 CLEARLY = 3.0
 
 #: A chain is noise if it is shorter than this, in target edges: with one open end; with two, and
-#: components as a whole; closed.
+#: components as a whole; closed. From border to border it is half a closed one, as of a surface
+#: that is cut in halves.
 SHORT_SPUR, SHORT_ALONE, SHORT_LOOP = 2.0, 4.0, 3.0
 
 #: A crease continues straight ahead if it turns by less than this, in degrees.
@@ -71,7 +72,9 @@ def find_sharp_edges(ground: Ground, edge: float, rule: SharpRule = AUTOMATIC) -
     """Find the sharp edges of a surface.
 
     edge: target edge length of the quads, in the surface's unit: what is short is noise for them.
+    Edges of which both ends are on a border are left to it; a chain that ends there is not open.
     """
+    border = find_border(ground)
     ends, angle = measure_dihedrals(ground)
     sharp = _pair_up(ends[angle > rule.angle])
     weak = _pair_up(ends[angle > rule.continued]) - sharp
@@ -79,7 +82,15 @@ def find_sharp_edges(ground: Ground, edge: float, rule: SharpRule = AUTOMATIC) -
     sharp = _extend_straight(ground.vertices, sharp, weak - sharp)
     if rule.filtered:
         sharp -= _find_rough(ground.vertices, sharp, ends, angle, edge)
-    return frozenset(_drop_short(ground.vertices, sharp, edge))
+    sharp = {(a, b) for a, b in sharp if not (a in border and b in border)}
+    return frozenset(_drop_short(ground.vertices, sharp, edge, border))
+
+
+def find_border(ground: Ground) -> frozenset[int]:
+    """Find the vertices on borders of a surface."""
+    sides = ground.topology.border
+    heads = ground.triangles[sides // 3, (sides % 3 + 1) % 3]
+    return frozenset(ground.triangles.ravel()[sides].tolist()) | frozenset(heads.tolist())
 
 
 def measure_dihedrals(ground: Ground) -> tuple[NDArray[np.integer], Floats]:
@@ -96,12 +107,13 @@ def measure_dihedrals(ground: Ground) -> tuple[NDArray[np.integer], Floats]:
     return ends, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 
 
-def drop_open_chains(edges: Iterable[Edge]) -> frozenset[Edge]:
-    """Return the edges without chains that have an open end."""
+def drop_open_chains(edges: Iterable[Edge], border: Collection[int] = ()) -> frozenset[Edge]:
+    """Return the edges without chains that have an open end; border: where an end is not open."""
     left = set(edges)
     while True:
         degree = count_degrees(left)
-        kept = {(a, b) for a, b in left if degree[a] > 1 and degree[b] > 1}
+        tips = {v for v, n in degree.items() if n == 1 and v not in border}
+        kept = {(a, b) for a, b in left if a not in tips and b not in tips}
         if len(kept) == len(left):
             return frozenset(left)
         left = kept
@@ -228,21 +240,26 @@ def _find_rough(
     return rough
 
 
-def _drop_short(at: Points, sharp: set[Edge], edge: float) -> set[Edge]:
+def _drop_short(at: Points, sharp: set[Edge], edge: float, border: Collection[int]) -> set[Edge]:
     """Return the sharp edges without chains and components that are too short."""
     for _ in range(ROUNDS):
         degree = count_degrees(sharp)
         short: set[Edge] = set()
-        for chain in list_chains(sharp):
-            closed = chain[0] == chain[-1] and degree[chain[0]] == 2
-            tips = (degree[chain[0]] == 1) + (degree[chain[-1]] == 1)
-            least = SHORT_LOOP if closed else (0.0, SHORT_SPUR, SHORT_ALONE)[tips]
+        for chain in list_chains(sharp, border):
+            ends = (chain[0], chain[-1])
+            open_ends = sum(degree[v] == 1 and v not in border for v in ends)
+            if chain[0] == chain[-1] and degree[chain[0]] == 2:
+                least = SHORT_LOOP
+            elif all(v in border for v in ends):
+                least = 0.5 * SHORT_LOOP
+            else:
+                least = (0.0, SHORT_SPUR, SHORT_ALONE)[open_ends]
             if measure_chain(at, chain) < least * edge:
                 short.update(_edges_of(chain))
         if not short:
             break
         sharp = sharp - short
-    return sharp - _find_small(at, sharp, SHORT_ALONE * edge)
+    return sharp - _find_small(at, sharp, SHORT_ALONE * edge, border)
 
 
 def measure_chain(at: Points, chain: list[int]) -> float:
@@ -250,8 +267,9 @@ def measure_chain(at: Points, chain: list[int]) -> float:
     return float(np.linalg.norm(np.diff(at[chain], axis=0), axis=1).sum())
 
 
-def _find_small(at: Points, sharp: set[Edge], least: float) -> set[Edge]:
-    """Find the edges of components that are too short as a whole; loops are judged as chains."""
+def _find_small(at: Points, sharp: set[Edge], least: float, border: Collection[int]) -> set[Edge]:
+    """Find the edges of components that are too short as a whole; loops, and chains from border to
+    border, are judged as chains."""
     parent: dict[int, int] = {}
 
     def root(v: int) -> int:
@@ -263,9 +281,10 @@ def _find_small(at: Points, sharp: set[Edge], least: float) -> set[Edge]:
         parent[root(a)] = root(b)
     degree = count_degrees(sharp)
     length: dict[int, float] = {}
-    loop: dict[int, bool] = {}
-    for a, b in sharp:
-        r = root(a)
-        length[r] = length.get(r, 0.0) + float(np.linalg.norm(at[a] - at[b]))
-        loop[r] = loop.get(r, True) and degree[a] == degree[b] == 2
-    return {(a, b) for a, b in sharp if length[root(a)] < least and not loop[root(a)]}
+    simple: dict[int, bool] = {}
+    for pair in sharp:
+        r = root(pair[0])
+        length[r] = length.get(r, 0.0) + measure_chain(at, list(pair))
+        passing = all(degree[v] + (v in border) == 2 for v in pair)
+        simple[r] = simple.get(r, True) and passing
+    return {(a, b) for a, b in sharp if length[root(a)] < least and not simple[root(a)]}

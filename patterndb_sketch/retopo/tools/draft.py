@@ -8,39 +8,39 @@ from typing import Any
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.quadshape import scaled_jacobian
-from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Word, optional_length
+from patterndb_sketch.retopo.arguments import (
+    Argument,
+    Flag,
+    Number,
+    WordOrNumber,
+    optional_length,
+)
 from patterndb_sketch.retopo.draft.byparts import (
     EDGES,
-    LEAST_EDGE,
     fill_as_placed,
     propose_by_parts,
 )
-from patterndb_sketch.retopo.draft.judging import DraftJudge
+from patterndb_sketch.retopo.draft.judging import POOR_QUAD, DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import (
     IN_VAIN_BY_HALVES,
-    MOST_IN_VAIN,
+    LEAST_EDGE,
+    POOR_IN_THOUSAND,
     DraftBudget,
     DraftGoal,
     DraftTask,
     ProposedDraft,
 )
-from patterndb_sketch.retopo.draft.sharpedges import (
-    AUTOMATIC,
-    SharpRule,
-    drop_open_chains,
-    find_sharp_edges,
-)
-from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
+from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.symmetry.half import Half
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.wording import count_places, format_place
+from patterndb_sketch.retopo.wording import count_places, format_place, round_down, round_up
 
 #: Edges of a draft, in parts of the surface's diagonal, are no longer: they would leave no shape.
 MOST_EDGE = 0.15
@@ -48,39 +48,18 @@ MOST_EDGE = 0.15
 #: Lines are laid out as for no more than so many quads: more would divide finer, and no better.
 MOST_LAID = 2500
 
-#: Quads of unsound drafts with creases, after which creases are tried no further: where they are
-#: noise they must not cost much more than the draft without them.
-CREASES_IN_VAIN = 600
-
 #: A number of quads is met within this share.
 NEAR_COUNT = 0.1
-
-#: A quad with a scaled Jacobian below this is named in the report.
-POOR_QUAD = 0.3
-
-
-@dataclass(frozen=True, slots=True)
-class SharpChoice:
-    """Reads which edges are sharp: "auto", "none", or a dihedral angle in degrees."""
-
-    wanted: str = '"auto", "none", or an angle in degrees from 1 to 179'
-
-    def read(self, name: str, value: object) -> str | float:
-        try:
-            if isinstance(value, str):
-                return str(Word(("auto", "none")).read(name, value))
-            return float(Number(1.0, 179.0).read(name, value))
-        except InvalidRetopoError:
-            raise InvalidRetopoError(f"{name} is {value!r}; give {self.wanted}") from None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _MadeDraft:
-    """A draft, the state but for its network, and notes."""
+    """A draft, the state without its network, and notes. creased: does it keep all creases?"""
 
     made: ProposedDraft
     state: State
     notes: tuple[str, ...]
+    creased: bool
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
@@ -93,7 +72,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         said = count_places("a vertex", "vertices", places)
         notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
     drafting = _Drafting(work, state, ground, a["symmetry"], a["strict"])
-    best = drafting.keep_creases(goal, notes)
+    best = drafting.draft(goal)
     made = best.made
     if not made.sound and (a["strict"] or made.report.tangled or not made.report.quads):
         raise RefusedError(
@@ -101,7 +80,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             "take another edge, mend the surface there, or draw by hand"
         )
     if ground is not work.ground and made.sound:
-        best = drafting.fill_touching(best)
+        best = drafting.fill_touching(best, goal)
     now = replace(best.state, network=best.made.network)
     if goal.quad is not None:
         now = replace(now, sizes=replace(now.sizes, edge=goal.quad))
@@ -123,7 +102,7 @@ def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
     if not low <= edge <= high:
         raise RefusedError(
             f"an edge of {edge:g} is out of proportion for a draft of this surface; "
-            f"give edge from {low:.3g} to {high:.3g}"
+            f"give edge from {round_up(low):g} to {round_down(high):g}"
         )
     state = replace(state, sizes=replace(state.sizes, edge=edge))
     sharp = a["sharp"]
@@ -144,56 +123,55 @@ class _Drafting:
     symmetry: bool
     strict: bool
 
-    def keep_creases(self, goal: DraftGoal, notes: list[str]) -> _MadeDraft:
-        """Draft with as many creases as go: all, closed ones, none."""
-        for tried in self._list_goals(goal):
-            try:
-                best = self._draft_by_halves(tried, CREASES_IN_VAIN)
-            except RefusedError as error:
-                notes.append(f"sharp edges are not all kept: {error}")
-                continue
-            if best.made.sound:
-                return best
-            notes.append(
-                f"sharp edges are not all kept: there would be {'; '.join(best.made.flaws)}"
-            )
-        bare = replace(goal, sharp=None)
+    def draft(self, goal: DraftGoal) -> _MadeDraft:
+        """Draft one half where the surface is symmetric, bare and comes out well so; else all."""
+        halves, why = self._draft_half(goal)
+        if halves is None:
+            whole = self._draft_all(goal)
+            return whole if why is None else _give_up_halves(whole, why)
+        made = halves.made
+        poor = len(made.poor) > POOR_IN_THOUSAND * made.report.quads / 1000.0
+        if made.sound and halves.creased and not poor:
+            return halves
         try:
-            return self._draft_by_halves(bare, MOST_IN_VAIN)
+            whole = self._draft_all(goal)
         except RefusedError:
-            if self.strict:
-                raise
-        return self._draft(bare, MOST_IN_VAIN, strict=False)
+            return halves
+        if made.sound != whole.made.sound:
+            better = whole.made.sound
+        elif not made.sound:
+            better = whole.made.rank < made.rank
+        elif halves.creased != whole.creased:
+            better = whole.creased
+        else:
+            better = whole.made.price < made.price
+        if not better:
+            return halves
+        if not made.sound:
+            lost = f"there would be {'; '.join(made.flaws)}"
+        elif halves.creased:
+            lost = "there would be " + count_places("a poor quad", "poor quads", made.poor)
+        else:
+            lost = "sharp edges would be lost"
+        return _give_up_halves(whole, lost)
 
-    def _list_goals(self, goal: DraftGoal) -> list[DraftGoal]:
-        """List the goals with creases, as far as they differ on this surface."""
-        if goal.sharp is None:
-            return []
-        edges = find_sharp_edges(self.ground, self.state.sizes.edge, goal.sharp)
-        closed = drop_open_chains(edges)
-        goals = [goal] if edges else []
-        return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals
-
-    def _draft(self, goal: DraftGoal, in_vain: float, strict: bool = True) -> _MadeDraft:
+    def _draft_all(self, goal: DraftGoal) -> _MadeDraft:
         """Draft all that is worked on."""
         work, diagonal = self.work, self.work.ground.diagonal
         low, high = LEAST_EDGE * diagonal, MOST_EDGE * diagonal
         edges = tuple(times for times in EDGES if low <= times * self.state.sizes.edge <= high)
-        budget = DraftBudget(in_vain)
-        task = DraftTask(
-            work.network, self.ground, self.state.sizes, work.source, work.half, goal, budget
-        )
-        found = propose_by_parts(task, edges, strict=strict)
-        return _MadeDraft(found.made, self.state, found.notes)
+        task = DraftTask(work.network, self.ground, self.state.sizes, work.source, work.half, goal)
+        found = propose_by_parts(task, edges, strict=self.strict)
+        return _MadeDraft(found.made, self.state, found.notes, found.creased)
 
-    def _draft_by_halves(self, goal: DraftGoal, in_vain: float) -> _MadeDraft:
-        """Draft one half where the surface is symmetric, bare and comes out well so; else all."""
+    def _draft_half(self, goal: DraftGoal) -> tuple[_MadeDraft | None, str | None]:
+        """Draft one half; None where the surface has none, and where that is refused, with why."""
         work, state, ground = self.work, self.state, self.ground
         drawn = any(not chain.marked for chain in work.network.chains.values())
         may_halve = self.symmetry and not drawn and state.plane is None
         found = propose_plane(ground) if may_halve else None
         if found is None or not found.symmetric:
-            return self._draft(goal, in_vain)
+            return None, None
         try:
             half = cut_half(ground, found.plane)
             if half.in_plane:
@@ -203,26 +181,20 @@ class _Drafting:
             # Where a seam alone closes a loop it is a patch: of a draft its lines are to go there.
             seam = replace(seam, patches={})
             if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
-                return self._draft(goal, in_vain)
-            budget = DraftBudget(min(IN_VAIN_BY_HALVES, in_vain))
+                return None, None
+            budget = DraftBudget(IN_VAIN_BY_HALVES)
             task = DraftTask(seam, half.ground, state.sizes, work.source, half, goal, budget)
             by_parts = propose_by_parts(task)
         except RefusedError as error:
-            return _give_up_halves(self._draft(goal, in_vain), str(error))
-        said = f"symmetry is on: {found.describe()}"
-        made = by_parts.made
-        by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said, *by_parts.notes))
-        if made.sound:
-            return by_halves
-        try:
-            whole = self._draft(goal, in_vain)
-        except RefusedError:
-            return by_halves
-        if made.rank <= whole.made.rank:
-            return by_halves
-        return _give_up_halves(whole, f"there would be {'; '.join(made.flaws)}")
+            return None, str(error)
+        if not by_parts.made.sound and GroundParts.of(half.ground).parts > 1:
+            # It is of one part alone.
+            return None, f"there would be {'; '.join(by_parts.made.flaws)}"
+        notes = (f"symmetry is on: {found.describe()}", *by_parts.notes)
+        now = replace(state, plane=found.plane)
+        return _MadeDraft(by_parts.made, now, notes, by_parts.creased), None
 
-    def fill_touching(self, draft: _MadeDraft) -> _MadeDraft:
+    def fill_touching(self, draft: _MadeDraft, goal: DraftGoal) -> _MadeDraft:
         """Fill the draft of a ground that was parted on the ground as it is.
 
         Raises RefusedError, with the place, where its quads are not sound there: where parts touch.
@@ -232,7 +204,7 @@ class _Drafting:
         except RefusedError as error:
             if draft.state.plane is self.state.plane:
                 raise
-            whole = self._draft(DraftGoal(), MOST_IN_VAIN)
+            whole = self._draft_all(goal)
             return _fill_touching(self.work, _give_up_halves(whole, str(error)))
 
 
@@ -285,14 +257,10 @@ def _describe(draft: _MadeDraft, wanted: int | None) -> tuple[str, ...]:
         more = report.quads > wanted
         why = "the least that its curves and patches need" if more else "the most that was found"
         said.append(f"{wanted} quads were asked for; {report.quads} are {why}")
-    mesh = weld_fills(draft.made.found)
-    poor = mesh.quads[scaled_jacobian(mesh.quads, mesh.vertices) < POOR_QUAD]
-    if len(poor):
-        middles = mesh.vertices[poor].mean(axis=1)
-        worst = np.argsort(scaled_jacobian(poor, mesh.vertices), kind="stable")
+    if len(poor := draft.made.poor):
         said.append(
             f"a scaled Jacobian below {POOR_QUAD:g} has "
-            + count_places("a quad", "quads, the worst", middles[worst])
+            + count_places("a quad", "quads, the worst", poor)
         )
     return (*said, *draft.made.flaws)
 
@@ -303,7 +271,11 @@ DRAFT = Tool(
     {
         "edge": optional_length("target length of the quads' edges"),
         "quads": Argument(Number(20, 200_000, True), "about how many quads; not with edge", None),
-        "sharp": Argument(SharpChoice(), "which edges are sharp, and kept", "auto"),
+        "sharp": Argument(
+            WordOrNumber(("auto", "none"), Number(1.0, 179.0)),
+            "which edges are sharp, and kept: found, none, or all above an angle in degrees",
+            "auto",
+        ),
         "symmetry": Argument(Flag(), "work on one half of a surface that is symmetric", True),
         "strict": Argument(Flag(), "refuse all where a part cannot be drafted well", False),
     },
