@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
 from patterndb_sketch.retopo.draft import byparts
+from patterndb_sketch.retopo.draft.assembly import InWedge
 from patterndb_sketch.retopo.draft.byparts import PartsDraft
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
@@ -30,6 +31,7 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     find_sharp_edges,
     list_chains,
 )
+from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
@@ -140,6 +142,27 @@ def test_creases_are_chains_of_a_sound_network_exactly_on_the_edges() -> None:
         there = np.concatenate([chain.points for chain in own])
         for v in vertices:
             assert np.linalg.norm(there - ground.vertices[v], axis=1).min() == 0.0
+
+
+def test_a_place_next_to_a_node_is_on_the_curve_that_runs_there() -> None:
+    ground = box(2)
+    sizes = Sizes.of(ground.diagonal)
+    empty = Network(longest=2.0 * ground.diagonal, ground=ground)
+    made = add_creases(empty, ground, sizes, AUTOMATIC)
+    assert made is not None
+    network = made.network
+    walls = Walls(network, 0.35 * sizes.edge)
+    for half in (2 * chain + side for chain in network.chains for side in (0, 1)):
+        line, _ = network.chains[half >> 1].directed(half)
+        node = network.nodes[network.origin(half)]
+        ahead = line[1] - line[0]
+        # Nearer to the node, which is a sample of three curves, than to all other samples.
+        point = line[0] + 0.2 * ahead
+        forth = walls.find_place(point, ahead, point)
+        assert isinstance(forth, InWedge) and (forth.node, forth.half) == (node.id, half)
+        back = walls.find_place(point, -ahead, point)
+        assert isinstance(back, InWedge) and back.node == node.id
+        assert back.half == node.ends[node.wedge_before(half)] and back.order > forth.order
 
 
 @given(st.integers(0, 1000), st.booleans())

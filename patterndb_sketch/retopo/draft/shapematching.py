@@ -55,4 +55,5 @@ def mean_normals(at: Points, quads: Int32Array) -> Points:
 def _sum_at(quads: Int32Array, values: Floats, n: int) -> Floats:
     """Return (n, 3) sums of values (q, 4, 3) over the vertices of quads."""
     flat = values.reshape(-1, 3)
-    return np.stack([np.bincount(quads.ravel(), flat[:, c], n) for c in range(3)], axis=1)
+    total = np.stack([np.bincount(quads.ravel(), flat[:, c], n) for c in range(3)], axis=1)
+    return total.astype(np.float64, copy=False)
