@@ -59,7 +59,7 @@ METHODS = ("draft", "quadriflow", "quadriflow-sharp", "instant-meshes")
 PEER = """
 import sys, time
 import numpy as np
-given = np.load(sys.argv[1])
+given = np.load(sys.argv[1], allow_pickle=False)
 by, wanted = sys.argv[2], int(sys.argv[3])
 began = time.process_time()
 if by.startswith("quadriflow"):
@@ -198,7 +198,7 @@ def run_peer(
     run([python, "-c", PEER, str(given), by, str(wanted), str(made)])
     if not made.exists():
         return None
-    with np.load(made) as found:
+    with np.load(made, allow_pickle=False) as found:
         faces = found["faces"].astype(np.int32)
         quads = join_triangles(faces) if faces.shape[1] == 3 else faces
         whole = (np.diff(np.sort(quads, axis=1), axis=1) > 0).all(axis=1)

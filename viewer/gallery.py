@@ -9,6 +9,7 @@ from pathlib import Path
 
 from patterndb.errors import TimeLimitError
 from patterndb.system.deadline import extend_deadline, run_until_late
+from patterndb.system.files import replace_file
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import DiskDrawing, draw_disk
@@ -174,7 +175,7 @@ class GallerySheet:
 
         with extend_deadline(PAINTING_SECONDS):
             content = run_until_late(paint, "the picture was painted")
-        name.write_bytes(content)
+        replace_file(name, content)
         self.paths.append(name)
         self.written += len(cards)
         self._drawn = []

@@ -187,7 +187,7 @@ def save_picture(
     def paint() -> bytes:
         return _paint_card(card, mirrored, tinted).encode(path)
 
-    path.write_bytes(run_until_late(paint, "the picture was drawn"))
+    replace_file(path, run_until_late(paint, "the picture was drawn"))
     return path
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from ingest.formats.meshformat import MeshFormat, refuse_reading
 from ingest.formats.printing import cut_polygons
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.points import units
 
 _HEADER = b"binary STL of patterndb".ljust(80)
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
@@ -25,6 +24,9 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused
 def format_stl(mesh: PolygonMesh) -> bytes:
     """Return the mesh as the bytes of a binary STL file."""
     triangles = cut_polygons(mesh)
+    # Imported here because compiled kernels take a moment that reading need not wait for.
+    from patterndb.geometry.points import units
+
     corners = mesh.points[triangles]
     rows = np.zeros(len(corners), _TRIANGLE)
     rows["normal"] = units(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

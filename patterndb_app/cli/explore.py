@@ -24,6 +24,7 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.search import Corners
 from patterndb_app.cli.text import say
@@ -33,7 +34,14 @@ if TYPE_CHECKING:
     from query.placing import Surface
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Boundary": ("--surface", "--sides", "--closed", "--corners"),
+        "Fills": ("--tolerance", "--rank", "--flat", "--db"),
+        "Output": ("-o", "--keys", "--overwrite"),
+    },
+)
 @click.argument("boundary", type=FileName(), required=False)
 @click.option(
     "--surface",

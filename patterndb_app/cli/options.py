@@ -143,6 +143,17 @@ class FileToWrite(FileName):
 OBJ = FileToWrite(".obj")
 
 
+class MeshToWrite(FileToWrite):
+    """A mesh file to write, in any format that there is for it."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        # Imported here because compiled kernels take a moment that --help need not wait for.
+        from ingest.formats import WRITTEN_SUFFIXES
+
+        self.suffixes = WRITTEN_SUFFIXES
+        return super().convert(value, param, ctx)
+
+
 def _refuse_inputs(ctx: click.Context, param: click.Parameter, value: bool) -> None:
     """The callback of --overwrite: without it no file is written that is read.
 
@@ -297,10 +308,23 @@ server_to_ask = click.option(
     help="Ask the service at this address instead of a database here.",
 )
 
+
+class SecondsToSpend(click.FloatRange):
+    """A number of seconds, within bounds; nan is outside all of them."""
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        seconds: float = super().convert(value, param, ctx)
+        if math.isnan(seconds):
+            self.fail(f"{value} is no number of seconds", param, ctx)
+        return seconds
+
+
 #: The option of every command that searches; the command passes it to limit_time.
 time_limit_option = click.option(
     "--time-limit",
-    type=click.FloatRange(0, 1e6, min_open=True),
+    type=SecondsToSpend(0, 1e6, min_open=True),
     metavar="SECONDS",
     help="End after so long with what was found until then; it is reported that more may exist.",
 )

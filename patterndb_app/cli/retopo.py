@@ -15,6 +15,7 @@ from patterndb.system.files import open_regular
 from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.options import (
     OBJ,
+    Count,
     DatabaseChoice,
     FileName,
     FileToWrite,
@@ -130,7 +131,7 @@ class RetopoCommand(SectionedCommand):
 )
 @click.option(
     "--quads",
-    type=click.IntRange(20, 200_000),
+    type=Count(20, 200_000),
     metavar="N",
     help="About how many quads the draft is to have, in place of --edge.",
 )

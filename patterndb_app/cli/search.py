@@ -412,14 +412,14 @@ def find_ranked(listing: FillListing, rank: int, what: str, hint: str = "") -> L
 TIME_LIMIT = "time limit"
 
 
-class Stoppable(Protocol):
+class EndedEarly(Protocol):
     """A list that may be ended early."""
 
     @property
     def stopped(self) -> str | None: ...
 
 
-def describe_stop(found: Stoppable) -> str:
+def describe_stop(found: EndedEarly) -> str:
     """Say in a part of a sentence that the search was not complete; "" where it was."""
     if found.stopped is None:
         return ""

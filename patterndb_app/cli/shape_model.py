@@ -26,7 +26,7 @@ from patterndb_app.cli.options import (
     read_model,
     require_viewer,
 )
-from patterndb_app.cli.program import VerbGroup
+from patterndb_app.cli.program import SectionedCommand, VerbGroup
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.register import (
     delta_option,
@@ -250,6 +250,10 @@ def _short(value: float | None, least: float) -> str:
 shape_model.add_command(build)
 
 
+#: The section of options that both write with.
+_OUTPUT = ("-o", "--picture", "--template", "--overwrite", "--view", "--json")
+
+
 def _add_edit_options(command: Any) -> Any:
     """The options that sample and edit share."""
     for option in reversed(
@@ -289,7 +293,13 @@ def _add_edit_options(command: Any) -> Any:
     return command
 
 
-@shape_model.command()
+@shape_model.command(
+    cls=SectionedCommand,
+    sections={
+        "Shape": ("--like", "--modes", "--mode", "--random", "--seed"),
+        "Output": _OUTPUT,
+    },
+)
 @_add_edit_options
 @click.option(
     "--mode",
@@ -328,7 +338,10 @@ def sample(
     return _report_shape(shapes, model, coefficients, {}, notes, **wanted)
 
 
-@shape_model.command()
+@shape_model.command(
+    cls=SectionedCommand,
+    sections={"Shape": ("--like", "--modes", "--drag", "--vertex", "--hold"), "Output": _OUTPUT},
+)
 @_add_edit_options
 @click.option(
     "--drag",

@@ -11,13 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ingest.formats import WRITTEN_SUFFIXES
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import EXTRAS, require_extra
 from patterndb_app.cli.options import (
     FileName,
-    FileToWrite,
+    MeshToWrite,
     ParamType,
     as_json,
     db_to_read,
@@ -92,7 +91,7 @@ class CurveNames(ParamType):
 @click.option(
     "-o",
     "--output",
-    type=FileToWrite(*WRITTEN_SUFFIXES),
+    type=MeshToWrite(),
     metavar="FILE",
     help="The surface, OBJ with a group for each patch; by the suffix also PLY, OFF, STL or 3MF.",
 )

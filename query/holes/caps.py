@@ -65,7 +65,7 @@ class RimPlane:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Walls:
+class OuterSlopes:
     """How the faces outside leave the plane of a boundary.
 
     angle: (e,) radians from the plane, outwards, to the face at each edge that has one: 0 goes on
@@ -80,7 +80,7 @@ class Walls:
     depth: Floats
 
 
-def measure_walls(hole: Hole, plane: RimPlane) -> Walls:
+def measure_walls(hole: Hole, plane: RimPlane) -> OuterSlopes:
     """Measure the faces outside at the edges of a hole, and those behind them."""
     t = hole.topology
     points = t.mesh.points
@@ -102,7 +102,7 @@ def measure_walls(hole: Hole, plane: RimPlane) -> Walls:
     depth[behind] = np.linalg.norm(next_middle - middle[behind], axis=1)
     if len(angle) and np.sin(angle).mean() < 0:
         angle, turn = -angle, -turn
-    return Walls(angle, turn, depth)
+    return OuterSlopes(angle, turn, depth)
 
 
 def _leave_plane(
@@ -171,7 +171,7 @@ def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
     return FlatCap(plane, least >= np.sin(APART))
 
 
-def _is_dome(walls: Walls, radius: float) -> bool:
+def _is_dome(walls: OuterSlopes, radius: float) -> bool:
     """Do the faces outside bend as those of a sphere that closes over the hole?"""
     known = np.isfinite(walls.turn)
     if 2 * int(known.sum()) < len(known) or not known.any():

@@ -286,7 +286,7 @@ def fill_holes(
     if ngon:
         if corners or strokes or surface is not None:
             raise InvalidQueryError("an n-gon has no quads; leave corners, strokes and surface out")
-        return HoleFills(hole, islice(iter([_ngon_fill(hole)]), limit))
+        return HoleFills(hole, iter([_ngon_fill(hole)]), limit, time_limit)
     _refuse_loop(hole)
     fixed = _fixed_corners(hole, corners or {})
     if any(fill.hole.topology is not hole.topology for fill in like):

@@ -58,7 +58,8 @@ WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.
 WORLDLY_MODULES += ("patterndb.store.starter", "patterndb.system.kernels", "ingest.pipeline")
 WORLDLY_MODULES += ("ingest.cluster",)  # processes and a network
 WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
-WORLDLY_MODULES += ("patterndb.system.archives",)
+WORLDLY_MODULES += ("patterndb.system.archives", "patterndb.system.knownfiles")
+WORLDLY_MODULES += ("patterndb.system.extras", "query.batchline")  # how it is installed; JSON lines
 WORLDLY_MODULES += (
     "patterndb_sketch.surfacing.networkfile",
     "patterndb_sketch.features.sessionfile",
@@ -135,7 +136,7 @@ def _called(call: ast.Call) -> str:
 
 def part(module: str) -> str:
     """The package of a module; those of patterndb_app are counted each by itself."""
-    if module in ("patterndb.__main__", "patterndb_app"):
+    if module in ("patterndb.__main__", "patterndb_app", "patterndb_app.__main__"):
         return "patterndb_app.cli"
     if module.startswith("patterndb_app."):
         return ".".join(module.split(".")[:2])
@@ -333,7 +334,7 @@ def _libraries(module: str) -> set[str]:
         (
             "from patterndb_app.cli import cli as c; "
             "[c.get_command(c, v) for v in c.list_commands(c)]",
-            {"query", "ingest", "viewer", "pyvista", "ortools", "numba"},
+            {"ingest", "viewer", "pyvista", "ortools", "numba"},
         ),
         ("import ingest, ingest.formats", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
         ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),

@@ -23,6 +23,12 @@ def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False)
 
 
+@pytest.fixture
+def screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let windows, which the test replaces, open as if there were a screen."""
+    monkeypatch.setattr("viewer.shell.probe.check_display", lambda: None)
+
+
 @pytest.fixture(scope="session")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A database of the examples and of a drop. Not to be changed: it is everyone's."""

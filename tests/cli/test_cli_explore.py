@@ -84,11 +84,13 @@ def test_what_the_window_is_given(
     assert seen["off_screen"] == picture
 
 
+@pytest.mark.usefixtures("screen")
 def test_a_boundary_may_be_drawn_in_the_window(learned: Path, seen: Seen) -> None:
     assert run("explore", "--surface", EXAMPLES / "jug.obj", "--db", learned).code == 0
     assert seen["boundary"] is None and seen["off_screen"] is None
 
 
+@pytest.mark.usefixtures("screen")
 def test_what_is_saved_counts_as_used_where_a_database_can_be_written(db: Path, seen: Seen) -> None:
     for starter in ((), ("--db", ":starter:")):
         assert run("explore", "--sides=3,5,4,6", *starter).code == 0
@@ -110,6 +112,7 @@ def test_what_is_saved_counts_as_used_where_a_database_can_be_written(db: Path, 
         ),
     ],
 )
+@pytest.mark.usefixtures("screen")
 def test_flat_boundaries(
     learned: Path, seen: Seen, options: tuple[str, ...], wanted: Boundary
 ) -> None:
@@ -150,6 +153,7 @@ def test_nothing_to_show(learned: Path, tmp_path: Path, boundary: Path) -> None:
     assert not picture.exists()
 
 
+@pytest.mark.usefixtures("screen")
 def test_errors_of_the_window_are_explained(
     learned: Path, boundary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

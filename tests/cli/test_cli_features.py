@@ -175,6 +175,7 @@ def test_pictures_show_the_curves(sedan: Path, few: Path, tmp_path: Path) -> Non
     assert one.read_bytes() != two.read_bytes()
 
 
+@pytest.mark.usefixtures("screen")
 def test_the_window_opens_with_what_there_is(
     sedan: Path, few: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -196,6 +197,7 @@ def test_the_window_opens_with_what_there_is(
     assert shown[0]["title"] == "sedan.obj"
 
 
+@pytest.mark.usefixtures("screen")
 def test_slips_are_refused(sedan: Path, few: Path, tmp_path: Path) -> None:
     missing = tmp_path / "missing"
     assert_refused(run("features", sedan), 2, "--strokes, --session or --view")

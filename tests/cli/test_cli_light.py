@@ -150,6 +150,7 @@ def test_a_verb_whose_extra_lacks_says_what_installs_it(
     folder: Path, arguments: str, extra: str
 ) -> None:
     (folder / "a.usd").write_text("#usda 1.0\n")
+    (folder / "a.jsonl").write_text('{"tool": "open", "surface": "square.obj"}\n')
     result, _ = run_watched(folder, *arguments.split(), without=EXTRAS[extra].packages)
     assert result.code == 3 and result.out == ""
     assert EXTRAS[extra].install in result.err

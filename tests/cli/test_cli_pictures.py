@@ -43,7 +43,8 @@ class TestShow:
         assert name in pictures[0].read_text()
 
     def test_fill_by_rank(self, learned: Path, tmp_path: Path) -> None:
-        fills = run("query", "--sides=3,5,4,6", "--db", learned, "--json").document()["fills"]
+        listed = run("query", "--sides=3,5,4,6", "--db", learned, "--json", "--flat")
+        fills = listed.document()["fills"]
         picture = tmp_path / "fill.svg"
         asked = ("show", "--sides=3,5,4,6", "--rank", 5, "--db", learned, "-o", picture)
         assert run(*asked, "--flat").code == 0
@@ -224,6 +225,7 @@ class TestBrowse:
             "drop.obj",
         }
 
+    @pytest.mark.usefixtures("screen")
     def test_errors_of_the_window_are_explained(
         self, learned: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:

@@ -145,7 +145,7 @@ class TestRelaxed:
         (("--min-frequency=0",), 2, ("--min-frequency",)),
         (("--order=best",), 2, ("--order", "artist", "regular")),
         (("--time-limit=0",), 2, ("--time-limit",)),
-        (("--time-limit=nan",), 3, ("time_limit is nan", "above 0")),
+        (("--time-limit=nan",), 2, ("--time-limit", "nan is no number of seconds")),
         (("--per-pattern=-1",), 2, ("--per-pattern",)),
         (("--jobs=0",), 2, ("--jobs",)),
         (("--closed",), 2, ("--closed", "one length")),

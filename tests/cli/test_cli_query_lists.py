@@ -156,7 +156,7 @@ class TestOrders:
     @pytest.mark.parametrize("order", ["flow", "quality"])
     def test_without_points_there_is_nothing_to_measure(self, learned: Path, order: str) -> None:
         result = run("query", *FEW, "--order", order, "--db", learned)
-        assert_refused(result, 3, f'order="{order}"', "points of the boundary")
+        assert_refused(result, 3, f"--order {order}", "points of the boundary")
 
 
 def _symmetries(fill: Fill) -> int:
@@ -194,7 +194,9 @@ class TestEnding:
             answer = document(learned, *FEW, *ALL, "--order", order, "--time-limit", seconds)
             assert answer["truncated"] == (answer["stopped"] == "time limit")
             assert codes(answer["fills"]) <= codes(few)
-            assert answer["feasible_patterns"] == whole["feasible_patterns"]
+            # Not known where time was up.
+            known = {whole["feasible_patterns"], *([None] if answer["truncated"] else [])}
+            assert answer["feasible_patterns"] in known
 
     @pytest.mark.parametrize(
         "option", ["--max-quads=3", "--max-irregular=1", "--valence=5", "--strict", "--has-loop"]

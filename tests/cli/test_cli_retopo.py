@@ -224,6 +224,7 @@ def test_a_session_that_another_changed_meanwhile_is_not_replaced(
     assert session.read_bytes() == b"another's"
 
 
+@pytest.mark.usefixtures("screen")
 def test_options_that_do_not_go_together_are_usage_errors(ball: Path, tmp_path: Path) -> None:
     session = tmp_path / "a.retopo"
     played = script(tmp_path / "a.jsonl", *LOOPS)
@@ -363,6 +364,7 @@ def test_a_picture_has_the_sides_that_are_named(ball: Path, tmp_path: Path) -> N
     assert all(f" {side}" in said for side in VIEW_SIDES)
 
 
+@pytest.mark.usefixtures("screen")
 def test_a_surface_alone_opens_the_window(
     ball: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

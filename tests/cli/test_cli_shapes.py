@@ -150,6 +150,7 @@ class TestSample:
         told = document("sample", shapes, "--like", "coupe", "--modes", 1)
         assert told["coefficients"] == model.coefficients[2, :1].tolist()
 
+    @pytest.mark.usefixtures("screen")
     def test_pictures_and_windows_show_the_shape(
         self, shapes: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
