@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
+
+if TYPE_CHECKING:
+    from patterndb.core.halfedge import Int32Array
 
 
 def cut_polygons(mesh: PolygonMesh) -> Int32Array:
