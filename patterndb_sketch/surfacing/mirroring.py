@@ -93,7 +93,8 @@ def find_mirror_plane(network: CurveNetwork) -> Plane:
     found: list[_Candidate] = []
     for plane in _list_planes(points, loose, reach):
         heights = plane.heights(points)
-        if heights.min() < -reach and heights.max() > reach:
+        both_sides = heights.min() < -reach and heights.max() > reach
+        if both_sides or np.abs(heights).max() <= reach:
             continue
         ends = int((np.abs(plane.heights(loose)) <= reach).sum())
         candidate = _Candidate(plane, ends, int((np.abs(plane.heights(used)) <= reach).sum()))

@@ -2,12 +2,13 @@
 
 Every face has two sides. Around an edge the side of one face goes on in that side of the next which
 faces it: edges of one face, two or more are treated alike, and so are surfaces that turn over.
-Where one face alone has an edge, a wall joins its two sides.
+Where one face alone has an edge, a wall joins its two sides, and caps close what walls leave open.
 """
 
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +77,29 @@ def thicken(
         np.stack([b[:, 0], a[:, 0], a[:, 1]], axis=1),
         np.stack([b[:, 0], a[:, 1], b[:, 1]], axis=1),
     ]
-    return moved, np.concatenate(solid).astype(np.int64)
+    made = np.concatenate(solid).astype(np.int64)
+    return moved, np.concatenate([made, _cap_ends(made)])
+
+
+def _cap_ends(triangles: Int64Array) -> Int64Array:
+    """(c, 3) the triangles that close what walls leave open.
+
+    Where an edge of three faces or more ends, the walls of these faces stand around a polygon.
+    """
+    tail, head = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    n = int(triangles.max()) + 1
+    open_edges = ~np.isin(tail * n + head, head * n + tail)
+    after: dict[int, list[int]] = {}
+    for start, end in zip(head[open_edges].tolist(), tail[open_edges].tolist(), strict=True):
+        after.setdefault(start, []).append(end)
+    made: list[tuple[int, int, int]] = []
+    for first in sorted(after):
+        while after[first]:
+            around = [first, after[first].pop()]
+            while around[-1] != first:
+                around.append(after[around[-1]].pop())
+            made += [(first, b, c) for b, c in pairwise(around[1:-1])]
+    return np.array(made, np.int64).reshape(-1, 3)
 
 
 def _link_sides(points: Points, faces: Int64Array) -> tuple[Int64Array, Int64Array]:

@@ -76,7 +76,7 @@ def test_what_is_read_only_is_said_to_be(suffix: str) -> None:
         write_mesh(f"a{suffix}", SQUARE)
 
 
-@pytest.mark.parametrize("name", ["a", "a.stl", "a.xyz"])
+@pytest.mark.parametrize("name", ["a", "a.glb", "a.xyz"])
 def test_unknown_formats_are_refused(name: str) -> None:
     with pytest.raises(UnsupportedFormatError):
         write_mesh(name, SQUARE)

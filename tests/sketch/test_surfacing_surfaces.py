@@ -91,7 +91,7 @@ def test_the_result_does_not_depend_on_how_the_network_is_handed_over() -> None:
             assert patch.surface is not None
             assert twin.surface is not None
             assert twin.surface.area == pytest.approx(patch.surface.area, rel=1e-9)
-            assert twin.surface.cost == pytest.approx(patch.surface.cost, abs=1e-9)
+            assert twin.surface.cost == pytest.approx(patch.surface.cost, abs=1e-9, nan_ok=True)
             assert len(twin.chords) == len(patch.chords)
             assert twin.surface.n_subproblems == patch.surface.n_subproblems
 
