@@ -93,7 +93,7 @@ class DraftJudge:
                 at = np.concatenate([at, self.half.plane.mirror(at)])
             said.append(count_places("a flipped quad", "flipped quads", at))
         off = max(made.to_ground, made.from_ground)
-        if off > self.most_off:
+        if made.quads and off > self.most_off:
             said.append(f"{100 * off:.2g} % off at {format_place(self.find_furthest(found))}")
         return tuple(said)
 
