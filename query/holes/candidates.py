@@ -203,6 +203,8 @@ class HoleSearch:
             self.best_closed = max(self.best_closed, likely)
         for quads, n_vertices, pattern in found:
             fill = Fill(quads, n_vertices, (n,), pattern, (), 0, False, 0, "constructed")
+            if self._fact(fill)[0] or self.patterns.row_of(pattern.id) >= 0:
+                fill = replace(fill, origin="learned")
             yield from self._new(fill, 0, n, 1)
 
     def remembered(self, most: int, kept: int) -> Iterator[HoleCandidate]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import heapq
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
@@ -156,7 +157,7 @@ def list_closed_walks(logs: Floats, most: int, steps: int) -> list[Int32Array]:
 
 
 @kernel
-def _tabulate_rest(logs: Floats) -> Floats:
+def _tabulate_rest(logs: Floats) -> NDArray[np.float32]:
     """[i, x, y, t] the most that vertices i to L - 1, and then 0, earn from a place on, turned by
     t so far, if the walk is to be closed."""
     n = len(logs)
