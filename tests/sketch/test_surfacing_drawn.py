@@ -25,8 +25,8 @@ SEED = 5
 #: Families with a false patch now and then: RESULTS.md counts them. The deck of a hull may be one.
 LEFT = {"hull"}
 
-#: What is not right yet: two faces of a chair whose edges are drawn in parts, and the two edges of a
-#: fin whose feet are hardly farther apart than other ends are off.
+#: What is not right yet: two faces of a chair whose edges are drawn in parts, and the two edges of
+#: a fin whose feet are hardly farther apart than other ends are off.
 NOT_YET = {"chair 0, overlap 0.0001", "fin, gap 0.006, noise 0.0001"}
 
 
