@@ -114,7 +114,8 @@ def test_sketches_are_met_better_than_by_a_greedy_program() -> None:
         for cycle in found.cycles:
             network.walk(cycle)
             count[list(cycle.curves)] += 1
-        assert count.max() <= 2
+        # Two, and a wall that stands on them.
+        assert count.max() <= 3
         assert set(np.flatnonzero(count == 1).tolist()) == set(found.once)
         assert set(np.flatnonzero(count == 0).tolist()) == {*found.unused, *found.dangling}
         around = [frozenset(network.curves[c].stroke for c in y.curves) for y in found.cycles]
