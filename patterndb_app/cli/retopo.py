@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     FileName,
     FileToWrite,
     MeshName,
+    ParamType,
     as_json,
     dbs_to_read,
     may_overwrite,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
-class SharpAngle(click.ParamType):
+class SharpAngle(ParamType):
     """Which edges are sharp: "auto", "none", or a dihedral angle in degrees."""
 
     name = "sharp"
