@@ -222,7 +222,7 @@ def delete_faces(mesh: PolygonMesh, faces: set[int]) -> PolygonMesh:
     return PolygonMesh.from_faces(mesh.points, kept)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.data())
 def test_selected_faces_and_the_hole_that_they_leave_are_one(
     source: PatternSource, data: st.DataObject
@@ -250,7 +250,7 @@ def test_selected_faces_and_the_hole_that_they_leave_are_one(
     for name in ("points", "due", "asked", "normals", "angle_outside", "spokes", "far_valence"):
         assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=True), name
     assert np.array_equal(measure_hole(selected, one), measure_hole(open_hole, two))
-    fills = [list(fill_holes(source, hole, limit=6)) for hole in (selected, open_hole)]
+    fills = [list(fill_holes(source, hole, limit=3)) for hole in (selected, open_hole)]
     assert [hash_of(fill) for fill in fills[0]] == [hash_of(fill) for fill in fills[1]]
     for a, b in zip(*fills, strict=True):
         assert a.score == b.score and np.array_equal(a.points, b.points)
