@@ -101,7 +101,7 @@ def test_wrong_options(learned: Path, options: tuple[str, ...]) -> None:
 
 
 def test_unknown_verb() -> None:
-    assert_refused(run("frobnicate"), 2, "No such command 'frobnicate'")
+    assert_refused(run("frobnicate"), 2, "there is no verb 'frobnicate'")
 
 
 @pytest.mark.parametrize("verb", ASKING, ids=" ".join)
