@@ -25,7 +25,6 @@ from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import (
     IN_VAIN_BY_HALVES,
     LEAST_EDGE,
-    POOR_IN_THOUSAND,
     DraftBudget,
     DraftGoal,
     DraftTask,
@@ -47,6 +46,10 @@ MOST_EDGE = 0.15
 
 #: Lines are laid out as for no more than so many quads: more would divide finer, and no better.
 MOST_LAID = 2500
+
+#: Where a half has more poor quads in a thousand, the whole is tried, too. A plate with a hole has
+#: 13, and without symmetry 2; a koala has 7, and its symmetry is worth more than these.
+POOR_HALF = 10.0
 
 #: A number of quads is met within this share.
 NEAR_COUNT = 0.1
@@ -130,7 +133,7 @@ class _Drafting:
             whole = self._draft_all(goal)
             return whole if why is None else _give_up_halves(whole, why)
         made = halves.made
-        poor = len(made.poor) > POOR_IN_THOUSAND * made.report.quads / 1000.0
+        poor = len(made.poor) > POOR_HALF * made.report.quads / 1000.0
         if made.sound and halves.creased and not poor:
             return halves
         try:
