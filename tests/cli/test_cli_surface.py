@@ -192,3 +192,88 @@ def test_smooth_patches_are_faired_across_curves() -> None:
     assert [p["faces"] for p in plain["patches"]] == [p["faces"] for p in fair["patches"]]
     for slip in (("--method", "chords"), ("--alpha", 0.2), ("--any-chord",)):
         assert_refused(run("surface", teacup, "--fair", *slip), 2, "--fair", "leave")
+
+
+def test_flat_faces_are_as_few_triangles_as_can_be(with_cycles: Path, tmp_path: Path) -> None:
+    for extra in ((), ("--spacing", "0.05")):
+        told = document(with_cycles, "-o", tmp_path / "cube.obj", *extra)
+        assert [patch["faces"] for patch in told["patches"]] == [2] * 6
+    assert read_mesh(tmp_path / "cube.obj").n_faces == 12
+
+
+def count_stl(path: Path) -> int:
+    return int(np.frombuffer(path.read_bytes(), "<u4", 1, 80)[0])
+
+
+def test_writes_what_printers_read(with_cycles: Path, bare: Path, tmp_path: Path) -> None:
+    told = document(with_cycles, "-o", tmp_path / "cube.stl")
+    assert (told["closed"], told["thickness"]) == (True, None)
+    assert count_stl(tmp_path / "cube.stl") == 12
+    told = document(with_cycles, "-o", tmp_path / "shell.stl", "--thickness", "0.1")
+    assert (told["closed"], told["thickness"]) == (True, 0.1)
+    assert count_stl(tmp_path / "shell.stl") == 24
+    network = cube()
+    write_network(bare, CurveNetwork(network.curves, network.nodes, network.cycles[:3]))
+    result = run("surface", bare, "-o", tmp_path / "open.3mf")
+    assert "the surface is open; --thickness" in result.err
+    told = document(bare, "-o", tmp_path / "solid.3mf", "--thickness", "0.1")
+    assert told["closed"] is True
+    assert (tmp_path / "solid.3mf").read_bytes()[:2] == b"PK"
+
+
+def test_a_thickness_needs_a_file_and_a_surface(with_cycles: Path, tmp_path: Path) -> None:
+    assert run("surface", with_cycles, "--thickness", "1").code == 2
+    args = ("--cycles-only", "--thickness", "1", "-o", tmp_path / "a.stl")
+    assert run("surface", with_cycles, *args).code == 2
+    assert run("surface", with_cycles, "-o", tmp_path / "a.gltf").code == 2
+
+
+def test_half_a_box_becomes_a_whole_one(tmp_path: Path) -> None:
+    """Nine edges of a box: those across the plane end on it, or nearly."""
+    lines = []
+    for y in (0, 1):
+        for z in (0, 1):
+            lines.append([[0.002 * y, y, z], [1, y, z]])
+        lines.append([[1, y, 0], [1, y, 1]])
+    lines += [[[1, 0, z], [1, 1, z]] for z in (0, 1)]
+    path = tmp_path / "half.json"
+    path.write_text(json.dumps({"curves": [{"points": line} for line in lines]}))
+    whole = tmp_path / "whole.stl"
+    for given in (("--mirror",), ("--mirror", "x"), ("--mirror", "1,0,0,0"), ("--mirror=x=0",)):
+        told = document(path, "-o", whole, *given)
+        assert len(told["cycles"]) == 6
+        assert told["closed"] is True
+        assert any("mirrored in the plane x = 0" in note for note in told["notes"])
+    assert run("surface", path, "--mirror", "w").code == 2
+    assert_refused(run("surface", path, "--mirror", "x=0.5"), 3, "beyond the plane")
+
+
+def test_what_is_upright_may_be_chosen(with_cycles: Path, tmp_path: Path) -> None:
+    from patterndb_app.cli.surface import UPRIGHT_NAMES
+    from viewer.surfacing.state import UPRIGHT, look_from
+
+    assert set(UPRIGHT_NAMES) == set(UPRIGHT)
+    pictures = []
+    for up in UPRIGHT_NAMES:
+        toward, upright = look_from(up)
+        assert upright.tolist() == [
+            ("xyz".index(up[-1]) == k) * (-1.0) ** ("-" in up) for k in range(3)
+        ]
+        assert toward @ upright == pytest.approx(0.42)
+        assert np.linalg.det(np.array(UPRIGHT[up], float)) == pytest.approx(1.0)
+        run("surface", with_cycles, "--picture", tmp_path / "cube.png", "--up", up)
+        pictures.append((tmp_path / "cube.png").read_bytes())
+    assert len(set(pictures)) == len(UPRIGHT_NAMES)
+
+
+def test_irregular_vertices_and_turned_corners_are_counted(
+    with_cycles: Path, tmp_path: Path, learned: Path
+) -> None:
+    args = (with_cycles, "--method", "quads", "--db", learned)
+    told = document(*args)
+    # The corners of a cube have three quads each.
+    assert told["quads"] == {"irregular": 8, "turned_corners": 0}
+    assert all(patch["turned_corners"] == 0 for patch in told["patches"])
+    result = run("surface", *args)
+    assert "8 irregular vertices inside, 0 quads with a turned corner" in result.err
+    assert document(with_cycles)["quads"] is None

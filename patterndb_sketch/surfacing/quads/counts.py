@@ -55,7 +55,7 @@ def count_even_edges(
     :func:`patterndb_sketch.retopo.counts.solve_counts` weighs them. No count is below the fewest
     edges that keep a stretch's shape (:func:`edges_at`). The sides of a cycle are those that fills
     have (:func:`.bridge.find_sides`); of cycles with reflex corners only evenness is asked for. A
-    stretch in more than two cycles gets an even number, whatever else would be regular.
+    stretch in more than two cycles always gets an even number.
 
     Parameters
     ----------
