@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
@@ -50,6 +49,9 @@ def weld(points: Points, reach: float) -> tuple[Points, NDArray[np.int64]]:
     place = np.empty(len(points), np.int64)
     place[order] = np.cumsum(fresh) - 1
     places = sorted_points[fresh]
+    # Imported here because drawing and placing load this module, and need no tree.
+    from scipy.spatial import KDTree
+
     pairs = KDTree(places).query_pairs(reach, output_type="ndarray")
     if len(pairs):
         n = len(places)

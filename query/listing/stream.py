@@ -299,9 +299,10 @@ class Fills(Iterator[Fill]):
         }
         for words, change in others.items():
             ((name, free),) = change.items()
-            if getattr(filters, name) not in (None, free) and self._find_without(
-                filters=replace(filters, **change)
-            ):
+            value = getattr(filters, name)
+            # Ids are an array, which compares element by element.
+            chosen = value is not None and (name == "ids" or value != free)
+            if chosen and self._find_without(filters=replace(filters, **change)):
                 told.append(f"there are fills without {words}")
         if q.origins is not None and self._find_without(origins=None):
             told.append("there are fills of patterns that the database does not hold")

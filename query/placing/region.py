@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidBoundaryError
@@ -116,6 +115,9 @@ def _list_votes(surface: Surface, crossing: Crossing) -> tuple[Int32Array, NDArr
     if not len(voters):
         return voters, np.empty(0, np.int8)
     middles = surface.vertices[surface.triangles[voters]].mean(axis=1)
+    # Imported here because placing in space loads this module, and needs no tree.
+    from scipy.spatial import KDTree
+
     near = np.asarray(KDTree(crossing.points).query(middles)[1])
     side = np.einsum("nc,nc->n", middles - crossing.points[near], crossing.lefts[near])
     return voters, np.sign(side).astype(np.int8)

@@ -39,6 +39,8 @@ USED = {
     ("shape-model sample", "seed"): 0,
     ("surface", "method"): f"{DEFAULT_METHOD}; chords with --alpha or --any-chord",
     ("surface", "alpha"): SURFACE.alpha,
+    ("surface", "tolerance"): "what follows from the drawing",
+    ("surface", "up"): "y",
     ("retopo", "sides"): "home",
     ("retopo", "sharp"): DRAFT.arguments["sharp"].default,
     ("retopo", "edge"): f"{100.0 * EDGE:g} % of the diagonal",

@@ -119,7 +119,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("fill boundary.json --db a.db -o a.obj", {"query", "scipy.sparse", *KERNELS}),
         (
             "surface triangle.json -o a.obj",
-            {"query", "patterndb_sketch", "scipy.sparse", "scipy.spatial", *KERNELS},
+            {"ingest", "query", "patterndb_sketch", "scipy.sparse", "scipy.spatial", *KERNELS},
         ),
     ],
 )
