@@ -203,7 +203,7 @@ def test_ids_are_chosen_by_meshes_of_any_of_them(halves: tuple[Path, Path]) -> N
                 assert np.array_equal(
                     union.pattern_ids(n_sides, meshes), whole.pattern_ids(n_sides, meshes)
                 )
-        with pytest.raises(NotFoundError, match=r"no mesh 'cap\.obj' \(did you mean 'cup\.obj' or"):
+        with pytest.raises(NotFoundError, match=r"no mesh 'cap\.obj' \(did you mean 'cup\.obj'\?"):
             union.pattern_ids(4, ["cap.obj"])
         name = whole.pattern_class(4).pattern(0).name
         assert union.pattern(name) == whole.pattern(name)
