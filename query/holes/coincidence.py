@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points
@@ -34,6 +33,9 @@ def find_coincident_edges(
     a, b = points[tail], points[head]
     middle, length = (a + b) / 2.0, np.linalg.norm(b - a, axis=1)
     reach = AT_ONE_PLACE * float(length.max())
+    # Imported here because fills of boundaries load this module, and need no tree.
+    from scipy.spatial import KDTree
+
     found = KDTree(middle).query(middle, min(LOOKED_AT, n), distance_upper_bound=reach + 1e-300)
     near: NDArray[np.int64] = np.asarray(found[1], np.int64)
     for column in near.T:
