@@ -246,7 +246,10 @@ def test_what_is_far_off_the_model_is_refused(model: Model) -> None:
     # In another unit all strokes are one place, which ribs may reach.
     top = model.mesh.points[model.mesh.points[:, 2].argmax()] + [0.0, 0.0, 0.02 * model.diagonal]
     small = top + 1e-4 * model.diagonal * np.arange(3.0)[:, None]
-    with pytest.raises(InvalidFeatureError, match=r"the nearest is .* off, .* times the diagonal of the model; is it in another unit"):
+    with pytest.raises(
+        InvalidFeatureError,
+        match=r"the nearest is .* off, .* times the diagonal of the model; is it in another unit",
+    ):
         recover_curve(model, FeatureStroke("small", small))
     pin = points[:1] + 3.0 * model.diagonal
     with pytest.raises(InvalidFeatureError, match=r"constraint 0 at .* off the model"):
