@@ -25,7 +25,6 @@ from patterndb_sketch.retopo.counts import (
     change_count,
     solve_counts,
 )
-from patterndb_sketch.retopo.counts.choosing import MOST_BALLS
 from patterndb_sketch.retopo.counts.evening import Stuck, even_by_fewest_changes
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
@@ -147,7 +146,7 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
 
 
 def choose_counts(
-    network: Network, edge: float, held: Collection[int] = (), n_balls: int = MOST_BALLS
+    network: Network, edge: float, held: Collection[int] = ()
 ) -> tuple[Network, tuple[str, ...]]:
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
     regular as can be; and notes. held: chains that keep theirs for once, too. Networks that a draft
@@ -156,7 +155,7 @@ def choose_counts(
     whole = NumberedCounts.of(network, edge, None, kept, anew=True)
     drafted = any(chain.laid for chain in network.chains.values())
     problem = whole.problem.with_regularity(FLOW_REGULARITY) if drafted else whole.problem
-    found = solve_counts(problem, n_balls)
+    found = solve_counts(problem)
     return whole.put(network, found.counts), whole.describe_stuck(found.stuck)
 
 
