@@ -119,8 +119,9 @@ class PackedCurves:
     def find_edges(self, curves: Int64Array, lengths: Floats) -> Int64Array:
         """(m,) the edge, by the number of its first point, at arc lengths (m,) of curves (m,)."""
         # All curves in a row: each goes from twice its number to one more.
-        row = 2.0 * self.curve_of + self.along / self.lasts[self.curve_of]
-        wanted = 2.0 * curves + lengths / self.lasts[curves]
+        long = np.where(self.lasts > 0.0, self.lasts, 1.0)
+        row = 2.0 * self.curve_of + self.along / long[self.curve_of]
+        wanted = 2.0 * curves + lengths / long[curves]
         edges = np.searchsorted(row, wanted, side="right") - 1
         return np.clip(edges, self.starts[curves], self.starts[curves + 1] - 2)
 
