@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -541,6 +542,7 @@ def make_car(roof: float, arches: bool, samples: int) -> CleanNetwork:
     return drawing.finish(name, "car-like shells")
 
 
+@cache
 def list_clean_networks() -> Iterator[CleanNetwork]:
     """All of them."""
     yield from list_sheets()
