@@ -122,7 +122,7 @@ def _link_sides(points: Points, faces: Int64Array) -> tuple[Int64Array, Int64Arr
         for one, other in zip(around, [*around[1:], around[0]], strict=True):
             # Seen along the edge: the side that faces the next face, and that which faces back.
             ahead, back = int(tail[one] > head[one]), int(tail[other] < head[other])
-            for at in (low[one], high[one]):
+            for at in (int(low[one]), int(high[one])):
                 links.append((2 * _find_corner(tail, one, at) + ahead,
                               2 * _find_corner(tail, other, at) + back))  # fmt: skip
     return np.array(links, np.int64).reshape(-1, 2), np.array(rim, np.int64)
