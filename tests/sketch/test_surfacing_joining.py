@@ -18,7 +18,7 @@ from patterndb_sketch.surfacing.network import CurveNetwork
 SEEDS = st.integers(0, 2**32 - 1)
 
 #: Exact places are this far apart at most, as a share of the drawing's diagonal; see SAME_PLACE.
-EXACT = 3e-6
+EXACT = 6e-6
 
 
 def draw_cage(chance: np.random.Generator) -> list[Points]:
