@@ -407,10 +407,10 @@ def _cross_along(surface: Surface, points: Points, paths: list[Feet]) -> Crossin
     at: list[Points] = []
     lefts: list[Points] = []
     for i, path in enumerate(paths):
-        share: NDArray[np.float64] = (np.arange(len(path.triangles)) + 0.5) / len(path.triangles)
+        share = (np.arange(len(path.triangles)) + 0.5) / len(path.triangles)
         edge = points[(i + 1) % len(points)] - points[i]
         around[path.triangles] = i + share
-        at.append(points[i] + share[:, None] * edge)
+        at.append(np.asarray(points[i] + share[:, None] * edge, np.float64))
         lefts.append(np.cross(path.normals, edge))
     return Crossing(around, np.concatenate(at), np.concatenate(lefts))
 

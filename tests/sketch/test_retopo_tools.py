@@ -102,6 +102,16 @@ def pair(source: PatternSource) -> Editor:
     return editor
 
 
+def large(source: PatternSource) -> Editor:
+    """A loop too long to become a patch by itself."""
+    editor = Editor(sheet(), source, SIZES)
+    corners = [(-4.5, -4.5), (4.5, -4.5), (4.5, 4.5), (-4.5, 4.5), (-4.5, -4.5)]
+    for one, two in itertools.pairwise(corners):
+        do(editor, "stroke", points=line(one, two))
+    assert not editor.network.patches
+    return editor
+
+
 def bent(source: PatternSource) -> Editor:
     """The four patches after the brush."""
     editor = grid(source)
@@ -113,7 +123,7 @@ def bent(source: PatternSource) -> Editor:
 #: Calls that do something, for tools whose made up calls on the grid do not.
 CALLS: dict[str, tuple[Callable[[PatternSource], Editor], dict[str, object]]] = {
     # Taken off, a loop that could be a patch is left, which is no sound network to other tests.
-    "patch": (grid, {"at": PLACES[3]}),
+    "patch": (large, {"at": [0.0, 0.0, 0.0]}),
     "draft": (bare, {"edge": 0.3}),
     "cylinder": (rings, {"points": [[0.95, 0.0, -0.3], [1.0, 0.0, 0.0], [0.95, 0.0, 0.3]]}),
     "subdivide": (grid, {"at": [1.0, 0.5, 0.0], "by": 2}),
