@@ -410,8 +410,8 @@ def _cross_along(surface: Surface, points: Points, paths: list[Feet]) -> Crossin
         share = (np.arange(len(path.triangles)) + 0.5) / len(path.triangles)
         edge = points[(i + 1) % len(points)] - points[i]
         around[path.triangles] = i + share
-        at.append(np.asarray(points[i] + share[:, None] * edge, np.float64))
-        lefts.append(np.cross(path.normals, edge))
+        at.append(points[i] + share[:, None] * edge)
+        lefts.append(np.asarray(np.cross(path.normals, edge), np.float64))
     return Crossing(around, np.concatenate(at), np.concatenate(lefts))
 
 
