@@ -82,7 +82,9 @@ def read_mesh(path: str | Path, *, limits: ReadLimits = DEFAULT_LIMITS) -> Polyg
     try:
         form = find_format(path)
     except UnsupportedFormatError:
-        _refuse_by_content(path)
+        # A 3MF file is an archive, and has a message of its own.
+        if not any(Path(path).suffix.lower() in form.suffixes for form in PRINTED):
+            _refuse_by_content(path)
         raise
     form.require()
     return parse(load_file(path, limits), path, limits)
