@@ -311,7 +311,7 @@ def list_commands(folder: Path) -> list[list[str]]:
         ["query", "--sides", eight, "--limit", "300", "--image", sheet],
         ["query", "--sides", six, "--limit", "300", "--image", image, "--json"],
         ["query", "--sides", six, "--limit", "300", "--obj", str(folder / "objs")],
-        ["query", "--sides", eight, *every, "--order", "quality"],
+        ["query", "--sides", eight, *every, "--order", "regular"],
         ["query", "--sides", "332,332,332,332,332,332", *every, "--order", "small"],
         ["query", "--sides", "2000", "--closed", *every],
         ["query", "--sides", "60", "--closed", *loops, *every],
