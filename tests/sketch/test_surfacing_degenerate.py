@@ -7,7 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from patterndb.errors import PatternDBError
@@ -61,6 +61,7 @@ def draw_curves(rng: np.random.Generator) -> list[Points]:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32), st.sampled_from([None, 1e-3, 1e-2, 0.3]))
+@example(313, None)
 def test_degenerate_curves_are_surfaced_or_refused(seed: int, tolerance: float | None) -> None:
     curves = draw_curves(np.random.default_rng(seed))
     size = float(np.abs(np.concatenate(curves)).max())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
@@ -108,6 +108,9 @@ def check_kept(alone: CurveNetwork, network: CurveNetwork, reach: float) -> None
 class TestExactStaysExact:
     @settings(deadline=None, max_examples=40)
     @given(SEEDS, st.booleans(), st.sampled_from([None, 1e-4, 3e-3, 2e-2]))
+    @example(1_692_094_933, False, None)
+    @example(4194304, False, None)
+    @example(4194304, False, 1e-4)
     def test_nodes_and_crossings(self, seed: int, cage: bool, tolerance: float | None) -> None:
         chance = np.random.default_rng(seed)
         drawn = draw_cage(chance) if cage else draw_grid(chance)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
@@ -133,6 +133,7 @@ class TestKnownNetworks:
 
     @settings(deadline=None, max_examples=40)
     @given(SEEDS)
+    @example(67312)
     def test_a_grid_drawn_by_hand(self, seed: int) -> None:
         chance = np.random.default_rng(seed)
         drawn, nodes, pieces = known_grid(chance, *chance.integers(2, 5, 2))

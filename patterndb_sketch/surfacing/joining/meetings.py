@@ -36,6 +36,12 @@ FLAT = 0.1
 #: ... or if the distance goes up and down by this share of the tolerance more than once.
 WAVERING = 0.25
 
+#: Where neither curve ends, curves may touch, or cross twice because they were drawn a little too
+#: near: they run along each other if this share of the distances exceeds the least by less than
+#: FLAT, or if they waver by so many tolerances.
+MOST_FLAT = 0.75
+MOST_WAVERING = 1.0
+
 #: The end of a common stretch is looked for so many tolerances inwards of its last pair of places.
 INWARDS = 4.0
 
@@ -112,6 +118,7 @@ def find_joins(
             distances[kept],
             bounds,
             reaches,
+            curves.closed,
         )
     )
 
@@ -279,6 +286,7 @@ def _joins(
     distances: Floats,
     bounds: Int64Array,
     reaches: Floats,
+    closed: NDArray[np.bool_],
 ) -> tuple[Int64Array, Floats, Floats, Int64Array]:
     """Choose the joins of all meetings; meeting m has the contacts bounds[m] to bounds[m + 1].
 
@@ -298,7 +306,15 @@ def _joins(
             points, along, pairs[begin:end], places[begin:end], distances[begin:end], tolerance
         )
         chosen = choose_places(
-            a, b, gap, vertex, len(points), float(lasts[of_a]), float(lasts[of_b]), tolerance
+            a,
+            b,
+            gap,
+            vertex,
+            len(points),
+            float(lasts[of_a]),
+            float(lasts[of_b]),
+            tolerance,
+            bool(closed[of_a] and closed[of_b]),
         )
         for place in chosen:
             curves[n, 0], curves[n, 1] = of_a, of_b
@@ -365,11 +381,13 @@ def choose_places(
     last_a: float,
     last_b: float,
     tolerance: float,
+    closed: bool,
 ) -> Int64Array:
     """Choose which pairs of places of a meeting are joined: one for a crossing, two for a stretch.
 
     a, b: their arc lengths on the curves A and B. gap: how far apart they are. vertex: where
-    they are taken, see :func:`_places`. last_a, last_b: the lengths of the curves.
+    they are taken, see :func:`_places`. last_a, last_b: the lengths of the curves. closed: both
+    are closed.
     """
     # The closest pair of each two ends; the pairs of ends are 0 to 3.
     ends = np.full(4, -1)
@@ -380,7 +398,13 @@ def choose_places(
                 ends[pair] = place
     ends = ends[ends >= 0]
     long = max(a.max() - a.min(), b.max() - b.min()) > LONG * tolerance
-    if len(ends) < 2 and not (long and _runs_alongside(gap, vertex, n_points, tolerance)):
+    inner = True
+    if not closed:
+        for place in range(len(a)):
+            if a[place] == 0 or a[place] == last_a or b[place] == 0 or b[place] == last_b:
+                inner = False
+    alongside = long and _runs_alongside(gap, vertex, n_points, tolerance, inner)
+    if len(ends) < 2 and not alongside:
         if len(ends):
             return ends
         best = 0
@@ -423,8 +447,13 @@ def _extreme(
 
 
 @kernel
-def _runs_alongside(gap: Floats, vertex: Int64Array, n_points: int, tolerance: float) -> bool:
-    """Does the distance stay flat or waver, rather than fall to one place and rise again?"""
+def _runs_alongside(
+    gap: Floats, vertex: Int64Array, n_points: int, tolerance: float, inner: bool
+) -> bool:
+    """Does the distance stay flat or waver, rather than fall to one place and rise again?
+
+    inner: neither curve ends there.
+    """
     profile = _profile(gap[vertex >= n_points], vertex[vertex >= n_points])
     on_a = (vertex >= 0) & (vertex < n_points)
     of_a = _profile(gap[on_a], vertex[on_a])
@@ -435,7 +464,9 @@ def _runs_alongside(gap: Floats, vertex: Int64Array, n_points: int, tolerance: f
     least = gap.min()
     there_and_back = profile[0] + profile[-1] - 2 * profile.min()
     wavering = np.abs(np.diff(profile)).sum() - there_and_back
-    return np.median(profile) - least < FLAT * tolerance or wavering > WAVERING * tolerance
+    usual = np.quantile(profile, MOST_FLAT if inner else 0.5)
+    most = MOST_WAVERING if inner else WAVERING
+    return usual - least < FLAT * tolerance or wavering > most * tolerance
 
 
 @kernel

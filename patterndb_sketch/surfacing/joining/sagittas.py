@@ -103,13 +103,18 @@ def join_smooth_crossings(packed: PackedCurves, put: Joins, tolerance: float) ->
     groups: dict[int, list[int]] = {}
     for k, group in enumerate(group_of):
         groups.setdefault(group, []).append(k)
+    was_put = np.zeros(len(packed), bool)
+    was_put[put.curves] = True
     moved: dict[int, list[tuple[_Place, Points]]] = {}
     for group in sorted({group_of[2 * k] for k in np.flatnonzero(~meetings.exact).tolist()}):
         held = [places[k] for k in groups[group] if places[k].held]
         met = [places[k] for k in groups[group] if exact[k // 2]]
         point = _choose_point(packed, held or met or [places[k] for k in groups[group]])
         for place in dict.fromkeys(places[k] for k in groups[group]):
-            if not place.held:
+            near = wide[packed.starts[place.curve] + place.edge] + tolerance
+            away = float(np.linalg.norm(point - place.point))
+            # What was put somewhere does not come to where a careless curve meets others.
+            if not place.held and (away <= near or not was_put[place.curve]):
                 moved.setdefault(place.curve, []).append((place, point))
     # Edges bend where points are put into them: what is held within one becomes a point before.
     for place in _list_held_places(packed, put, tolerance):

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats
@@ -135,7 +137,8 @@ def _widen(
     within = gaps[gaps <= tolerance]
     if len(within) < FEWEST:
         return tolerance, False
-    wanted = min(max(ease * float(np.quantile(within, QUANTILE)), least), most)
+    usual = float(np.quantile(within, QUANTILE, method="lower"))
+    wanted = min(max(ease * usual, least), most)
     return (wanted, True) if wanted > GROWTH * tolerance else (tolerance, False)
 
 
@@ -239,9 +242,25 @@ def measure_spacing(curves: PackedCurves, near: Joins, fixed: Joins, tolerance: 
 
 
 def measure_end_gaps(curves: PackedCurves, joins: Joins, within: float) -> Floats:
-    """(m,) by how much the open ends that have a curve near them miss it."""
-    nearest = find_nearest_at_ends(curves, joins, within)
-    return nearest[np.isfinite(nearest)]
+    """(m,) by how much the open ends that have a curve near them miss it.
+
+    Ends that are nearest to each other are one place, and count once, with the widest of their
+    gaps: one corner of many ends that is drawn carelessly is no habit.
+    """
+    nearest = find_nearest_at_ends(curves, joins, within).reshape(-1)
+    one, other = (
+        is_near_end(curves, joins.curves[:, side], joins.lengths[:, side], within)
+        for side in range(2)
+    )
+    join, first, last = np.nonzero(one[:, :, None] & other[:, None, :])
+    ends = 2 * joins.curves[join] + np.stack([first, last], axis=1)
+    ends = ends[(nearest[ends] == joins.gaps[join][:, None]).any(axis=1)]
+    graph = coo_array((np.ones(len(ends), bool), ends.T), shape=(len(nearest), len(nearest)))
+    count, place = connected_components(graph, directed=False)
+    some = np.isfinite(nearest)
+    gaps = np.full(count, -1.0)
+    np.maximum.at(gaps, place[some], nearest[some])
+    return gaps[gaps >= 0.0]
 
 
 def is_near_end(
