@@ -214,7 +214,7 @@ def unfold(around: Surroundings, plane: RimPlane) -> Surroundings:
     count = np.bincount(w, minlength=len(points))
     np.add.at(moves, w, outward[v] * np.minimum(height[w], edge[v])[:, None])
     points = points + moves / np.maximum(count, 1)[:, None]
-    return replace(around, points=points)
+    return replace(around, points=points, beyond=np.tile(plane.normal, (n, 1)))
 
 
 #: A boundary turns at a vertex whose angle, in its plane, is off a straight one by more than TURN;
