@@ -67,7 +67,6 @@ from query.holes.assignments import AssignmentModel, measure_assignments, rank_l
 from query.holes.candidates import HoleSearch
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
-from query.holes.filling import ASKED_FIRST
 from query.holes.patterns import HolePatterns
 from query.holes.ranking import (
     FACTS,
@@ -538,11 +537,9 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
         HoleRim.of(cut.hole),
         find_mirrors(around.points[:n], around.due),
     )
-    candidates, n_early = [], 0
-    for candidate in search.all():
-        candidates.append(candidate)
-        if not n_early and search.assignments > ASKED_FIRST:
-            n_early = len(candidates)
+    candidates = list(search.early(learned=False))
+    n_early = len(candidates) + 1  # the first of the others, too
+    candidates += search.late()
     facts = tame_numbers(list_facts(candidates, around))
     keys = [candidate.key for candidate in candidates]
     own = keys.index(cut.key) if cut.key in keys else -1
@@ -567,7 +564,7 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
         chosen,
         numbers.astype(np.float32),
         np.array(sound),
-        n_early or len(candidates),
+        min(n_early, len(candidates)),
         own,
         int(np.flatnonzero(chosen == own)[0]) if own >= 0 else -1,
     )

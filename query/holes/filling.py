@@ -71,10 +71,6 @@ PLACING_SECONDS = 0.25
 #: Rings of faces around a hole that are looked at, and one more.
 SEEN = 4
 
-#: Assignments of corners after which the first fill is told; the rest is asked while it is looked
-#: at.
-ASKED_FIRST = 5
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class HoleFill:
@@ -469,16 +465,18 @@ def _list_fills(
     if flat is not None and flat.apart and not strokes:
         yield from _cap_fills(hole, ground, flat.plane, fixed, search)
     known: list[HoleCandidate] = []
-    source = search.all()
-    for candidate in source:
+    late = search.late()
+    for candidate in search.early():
         known.append(candidate)
-        if search.assignments > ASKED_FIRST or is_late():
+        if is_late():
             break
+    if not known:
+        known += islice(late, 1)
     if not known:
         return
     board = _CandidateBoard(around, models.facts, models.whole)
     board.add(known, PLACED_FIRST)
-    rest = takewhile(lambda _: not is_late(), source)
+    rest = takewhile(lambda _: not is_late(), late)
     whole = board.find_sound()
     if not whole:
         # The first fill has flipped quads only where all have.
