@@ -112,7 +112,8 @@ class Plan:
 
     corner_*: for the corner model. pattern_*: for the patterns. pool: everyday holes from which
     those for lists are drawn: list_regular, without irregular vertices inside, and list_inside,
-    with some. list_irregular: of the other kind. plain: for boundaries in space.
+    with some. list_irregular: of the other kind. plain: for boundaries in space. ranking_power: of
+    the number of holes that a list stands for, by which it counts.
     """
 
     folds: int = 3
@@ -137,6 +138,7 @@ class Plan:
     ranking_leaves: int = 31
     ranking_rate: float = 0.05
     ranking_bags: int = 1
+    ranking_power: float = 1.0
 
     def scale(self, part: float) -> Plan:
         """Return the plan with a part of the holes."""
@@ -635,6 +637,7 @@ def fit_trees(
     rows = np.vstack([compare_numbers(numbers) for numbers, _ in choices]).astype(np.float32)
     begin = ((np.vstack([numbers for numbers, _ in choices]) - mean) / spread) @ slopes
     begin += np.concatenate(offsets)
+    weights = weights**plan.ranking_power
     counts = (weights * len(weights) / weights.sum())[of_list]
     chosen = np.zeros(len(rows))
     chosen[own] = 1.0

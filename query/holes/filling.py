@@ -474,7 +474,7 @@ def _list_fills(
         known += islice(late, 1)
     if not known:
         return
-    board = _CandidateBoard(around, models.facts, models.whole)
+    board = _CandidateBoard(ground, models.facts, models.whole)
     board.add(known, PLACED_FIRST)
     rest = takewhile(lambda _: not is_late(), late)
     whole = board.find_sound()
@@ -550,19 +550,19 @@ def _mirror_fill(
 @dataclass(slots=True, eq=False)
 class _Placed:
     """A candidate that is placed. row: its numbers' among those of all that ever were, for the
-    score compares them. mended: was it tried to untangle it?"""
+    score compares them. laid: are quads untangled, and does it lie as the caller wants it?"""
 
     row: int
     candidate: HoleCandidate
     lies: PlacedFill
-    mended: bool = False
+    laid: bool = False
 
 
 class _CandidateBoard:
     """Candidates, of which those that look best are placed and ranked by the whole."""
 
-    def __init__(self, around: Surroundings, first: RankingModel, whole: WholeModel) -> None:
-        self._around = around
+    def __init__(self, ground: HoleGround, first: RankingModel, whole: WholeModel) -> None:
+        self._ground, self._around = ground, ground.around
         self._first, self._whole = first, whole
         # Those that wait, by their facts; those that are placed.
         self._waiting: list[tuple[float, int, HoleCandidate, NDArray[np.float64]]] = []
@@ -586,9 +586,9 @@ class _CandidateBoard:
         self._place_next(most)
 
     def find_sound(self) -> bool:
-        """Is a candidate placed that has no flipped quad? Those that score more are mended, so that
-        the best of them may have none either."""
-        return any(not self._mend(one).flipped for one in self._by_score())
+        """Is a candidate placed that has no flipped quad where it is laid? Of those that have none
+        the one that scores most is laid, and all that score more are."""
+        return any(not self._lay(one).flipped for one in self._by_score())
 
     def place_until_sound(self) -> None:
         """Place more until one has no flipped quad, or none waits."""
@@ -604,19 +604,26 @@ class _CandidateBoard:
             self._place_next(PLACED)
         best, *others = self._by_score()
         if sound and best.lies.flipped:
-            best = next((one for one in others if not one.lies.flipped), best)
+            whole = (one for one in others if one.laid and not one.lies.flipped)
+            best = next(whole, best)
         self._placed.remove(best)
-        return best.candidate, self._mend(best), float(self._scores[best.row])
+        return best.candidate, self._lay(best), float(self._scores[best.row])
 
     def _by_score(self) -> list[_Placed]:
         """Those that are placed, greatest score first."""
         return sorted(self._placed, key=lambda one: -float(self._scores[one.row]))
 
-    def _mend(self, one: _Placed) -> PlacedFill:
-        """Untangle a candidate once, if it has flipped quads: how it lies."""
-        if not one.mended and not is_late():
-            one.lies = mend_fill(self._around, one.candidate.quads, one.lies)
-            one.mended = True
+    def _lay(self, one: _Placed) -> PlacedFill:
+        """Untangle a candidate if it has flipped quads, and lay it on its ground, once."""
+        if not one.laid:
+            quads, ground = one.candidate.quads, self._ground
+            if not is_late():
+                one.lies = mend_fill(self._around, quads, one.lies)
+            if ground.moves:
+                points = ground.lay(quads, one.lies.points)
+                flipped = ground.count_flipped(quads, points)
+                one.lies = PlacedFill(points, one.lies.measures, flipped)
+            one.laid = True
         return one.lies
 
     def _place_next(self, most: int) -> None:
@@ -687,12 +694,9 @@ def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float6
 def _hole_fill(
     hole: Hole, candidate: HoleCandidate, placed: PlacedFill, score: float, ground: HoleGround
 ) -> HoleFill:
-    points, turned = placed.points, placed.flipped
-    if ground.moves:
-        points = ground.lay(candidate.quads, points)
-        turned = ground.count_flipped(candidate.quads, points)
+    quads, turned = candidate.quads, placed.flipped
     fill = _renumber(
-        hole, ground.around, candidate.quads, points, score, False, turned, candidate.fill
+        hole, ground.around, quads, placed.points, score, False, turned, candidate.fill
     )
     return replace(fill, flat=ground.plane is not None)
 
