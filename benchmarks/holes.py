@@ -4,7 +4,7 @@
     python benchmarks/holes.py ../shared/data/meshes --folds folds --kind everyday --per-mesh 10
     python benchmarks/holes.py ../shared/data/meshes --folds folds --kind irregular --orders
     python benchmarks/holes.py ../shared/data/meshes --only NAMES.txt --db others.db --models m.npz
-    python benchmarks/holes.py ../shared/data/meshes --kind everyday --per-mesh 60
+    python benchmarks/holes.py ../shared/data/meshes --kind both --per-mesh 70 --limit 1
     options: --seed 11  --twins
 
 Everyday holes are cut as people delete faces: a face, a strip, those around a vertex, a block, a
@@ -12,12 +12,12 @@ face or vertex grown once or twice. Irregular ones have 6 to 120 quads and one i
 more. With --folds each mesh is asked about with the models and the database of its fold, which have
 not seen it; with none of --folds, --db and --models, with those that ship, which have seen most.
 
-Each hole is asked for twenty fills, which are checked: each is a disk of quads on the hole's loop,
-and welded, no old vertex has moved, faces that stay are those that were, and every edge of the loop
-has two faces. First fills are checked for flipped and twisted quads, edges that pierce them, and
-slivers. Milliseconds are those of the processor. --orders compares the order with others: the same
-candidates with the fewest irregular vertices first, as patchgen has them, those that artists made
-most first, and plain queries. Prints Markdown.
+Each hole is asked for twenty fills (--limit), which are checked: each is a disk of quads on the
+hole's loop, and welded, no old vertex has moved, faces that stay are those that were, and every
+edge of the loop has two faces. First fills are checked for flipped and twisted quads, edges that
+pierce them, and slivers. Milliseconds are those of the processor. --orders compares the order with
+others: the same candidates with the fewest irregular vertices first, as patchgen has them, those
+that artists made most first, and plain queries. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -226,7 +226,8 @@ def main() -> None:
     parser.add_argument("--folds", type=Path, help="what scripts/train_holes.py --folds-to wrote")
     parser.add_argument("--db", type=Path)
     parser.add_argument("--models", type=Path)
-    parser.add_argument("--kind", choices=("everyday", "irregular"), default="irregular")
+    parser.add_argument("--kind", choices=("everyday", "irregular", "both"), default="irregular")
+    parser.add_argument("--limit", type=int, default=TOP[-1], help="fills asked of each hole")
     parser.add_argument("--per-mesh", type=int, default=20)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--twins", action="store_true")
@@ -265,10 +266,15 @@ def ask_mesh(
     given: argparse.Namespace, path: Path, db: Any, models: HoleModels | None
 ) -> list[tuple[Cut, dict[str, Any]]]:
     """Cut holes into a mesh, and ask about them."""
-    cut = cut_everyday if given.kind == "everyday" else cut_holes
+    topology = read_topology(str(path))
+    cuts: list[Cut] = []
+    if given.kind != "irregular":
+        cuts += cut_everyday(path.name, topology, given.per_mesh, given.seed, tries=20)
+    if given.kind != "everyday":
+        cuts += cut_holes(path.name, topology, given.per_mesh, given.seed, tries=20)
     rows: list[tuple[Cut, dict[str, Any]]] = []
-    for hole in cut(path.name, read_topology(str(path)), given.per_mesh, given.seed, tries=20):
-        row = ask(hole, db, models, given.twins, None if given.orders else TOP[-1])
+    for hole in cuts:
+        row = ask(hole, db, models, given.twins, None if given.orders else given.limit)
         rows.append((hole, row))
         for fault in row["faults"]:
             loop = ",".join(map(str, hole.hole.loop.tolist()))

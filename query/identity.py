@@ -153,25 +153,32 @@ def hash_quads(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
     quads: (q, 4), twin: (4q,) their half-edges. A digest of the code as read from boundary
     vertex 0. A closed side has no first vertex: there it is the smallest code from any.
     """
-    border = np.flatnonzero(twin < 0)
-    starts = border if closed else border[quads.ravel()[border] == 0]
+    return hashlib.blake2b(_read_code(quads, twin, closed).tobytes(), digest_size=16).digest()
+
+
+@kernel
+def _read_code(quads: Int32Array, twin: Int32Array, closed: bool) -> Int32Array:
+    """Kernel of :func:`hash_quads`: the code."""
     q = len(quads)
     # Wider than the codes of patterns, which name at most 16,383 quads.
     code = np.zeros(4 * q, np.int32)
-    number, entry, order = (np.empty(q, np.int32) for _ in range(3))
-    for at, start in enumerate(starts.tolist()):
-        rooted_code(
-            twin,
-            q,
-            start,
-            False,
-            code,  # pyright: ignore[reportArgumentType]
-            number,
-            entry,
-            order,
-            at > 0,
-        )
-    return hashlib.blake2b(code.tobytes(), digest_size=16).digest()
+    number, entry, order = np.empty(q, np.int32), np.empty(q, np.int32), np.empty(q, np.int32)
+    best = False
+    for start in range(4 * q):
+        if twin[start] < 0 and (closed or quads[start >> 2, start & 3] == 0):
+            rooted_code(
+                twin,
+                q,
+                start,
+                False,
+                code,  # pyright: ignore[reportArgumentType]
+                number,
+                entry,
+                order,
+                best,
+            )
+            best = True
+    return code
 
 
 def count_symmetries(fill: Fill, boundary: Boundary) -> int:

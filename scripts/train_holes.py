@@ -67,18 +67,16 @@ from query.holes.assignments import AssignmentModel, measure_assignments, rank_l
 from query.holes.candidates import HoleSearch
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
-from query.holes.filling import ASKED_FIRST
 from query.holes.patterns import HolePatterns
 from query.holes.ranking import (
     FACTS,
-    MEASURES,
     compare_numbers,
     list_facts,
     measure_plain_fill,
     tame_numbers,
 )
 from query.holes.rim import HoleRim
-from query.holes.shape import place_fill
+from query.holes.shape import mend_fill, place_fill
 from query.holes.surroundings import look_around
 from query.holes.symmetry import ASYMMETRIC, find_mirrors
 from query.holes.trees import TreeModel
@@ -89,7 +87,7 @@ EVERYDAY_STANDS, IRREGULAR_STANDS = 30, 12
 
 #: Candidates of a list that are placed, and how they are chosen, before there is a ranking: by what
 #: is added to the score for each.
-PLACED = 40
+PLACED = 48
 PRELIMINARY = {"assignment": 0.5, "log_hole_share": 0.3, "inner_irregular": -0.4}
 
 #: Strength of the logits' ridge.
@@ -104,8 +102,6 @@ NO_MIRRORS = np.zeros(0, np.int32)
 #: A list's place among three kinds: everyday and regular inside, everyday and irregular, irregular.
 KINDS = ("regular", "everyday irregular", "irregular")
 
-FLIPPED = len(FACTS) + MEASURES.index("flipped")
-
 Arrays = dict[str, NDArray[Any]]
 Numbers = NDArray[np.float64]
 
@@ -116,24 +112,25 @@ class Plan:
 
     corner_*: for the corner model. pattern_*: for the patterns. pool: everyday holes from which
     those for lists are drawn: list_regular, without irregular vertices inside, and list_inside,
-    with some. list_irregular: of the other kind. plain: for boundaries in space.
+    with some. list_irregular: of the other kind. plain: for boundaries in space. ranking_power: of
+    the number of holes that a list stands for, by which it counts.
     """
 
     folds: int = 3
     fold_seed: int = 5
-    corner_everyday: int = 200
-    corner_irregular: int = 140
+    corner_everyday: int = 400
+    corner_irregular: int = 300
     corner_seed: int = 101
     corner_rounds: int = 160
     corner_leaves: int = 24
     corner_rate: float = 0.1
-    pattern_everyday: int = 400
-    pattern_irregular: int = 1_100
+    pattern_everyday: int = 600
+    pattern_irregular: int = 1_500
     pattern_seed: int = 77
-    pool: int = 120
-    list_regular: int = 9
-    list_inside: int = 12
-    list_irregular: int = 6
+    pool: int = 240
+    list_regular: int = 12
+    list_inside: int = 32
+    list_irregular: int = 18
     list_seed: int = 301
     plain: int = 4
     plain_seed: int = 501
@@ -141,6 +138,7 @@ class Plan:
     ranking_leaves: int = 31
     ranking_rate: float = 0.05
     ranking_bags: int = 1
+    ranking_power: float = 1.0
 
     def scale(self, part: float) -> Plan:
         """Return the plan with a part of the holes."""
@@ -168,7 +166,8 @@ class CandidateList:
     """The candidates of a hole.
 
     facts: (c, FACTS) float32. chosen: (p,) those that are placed, of which numbers (p, f) are all
-    numbers and offset (p,) what is added to their scores. n_early: how many candidates precede the
+    numbers and sound (p,) tells which have no flipped quad, or can be mended so. offset: (c,) what
+    is added to scores. n_early: how many candidates precede the
     first fill. own: the artist's; -1 where it is not among them. at: its place in chosen.
     """
 
@@ -180,6 +179,7 @@ class CandidateList:
     offset: Numbers
     chosen: NDArray[np.int64]
     numbers: NDArray[np.float32]
+    sound: NDArray[np.bool_]
     n_early: int
     own: int
     at: int
@@ -539,11 +539,9 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
         HoleRim.of(cut.hole),
         find_mirrors(around.points[:n], around.due),
     )
-    candidates, n_early = [], 0
-    for candidate in search.all():
-        candidates.append(candidate)
-        if not n_early and search.assignments > ASKED_FIRST:
-            n_early = len(candidates)
+    candidates = list(search.early(learned=False))
+    n_early = len(candidates) + 1  # the first of the others, too
+    candidates += search.late()
     facts = tame_numbers(list_facts(candidates, around))
     keys = [candidate.key for candidate in candidates]
     own = keys.index(cut.key) if cut.key in keys else -1
@@ -552,10 +550,11 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
     chosen = np.argsort(-score, kind="stable")[:PLACED]
     if own >= 0 and own not in chosen:
         chosen = np.append(chosen, own)
-    placed = [
-        place_fill(around, candidates[i].quads, candidates[i].n_vertices).measures
-        for i in chosen.tolist()
-    ]
+    placed, sound = [], []
+    for i in chosen.tolist():
+        lies = place_fill(around, candidates[i].quads, candidates[i].n_vertices)
+        placed.append(lies.measures)
+        sound.append(not mend_fill(around, candidates[i].quads, lies).flipped)
     numbers = tame_numbers(np.hstack([facts[chosen], np.array(placed)]))
     return CandidateList(
         cut.mesh,
@@ -566,7 +565,8 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
         offset,
         chosen,
         numbers.astype(np.float32),
-        n_early or len(candidates),
+        np.array(sound),
+        min(n_early, len(candidates)),
         own,
         int(np.flatnonzero(chosen == own)[0]) if own >= 0 else -1,
     )
@@ -637,6 +637,7 @@ def fit_trees(
     rows = np.vstack([compare_numbers(numbers) for numbers, _ in choices]).astype(np.float32)
     begin = ((np.vstack([numbers for numbers, _ in choices]) - mean) / spread) @ slopes
     begin += np.concatenate(offsets)
+    weights = weights**plan.ranking_power
     counts = (weights * len(weights) / weights.sum())[of_list]
     chosen = np.zeros(len(rows))
     chosen[own] = 1.0
@@ -687,7 +688,7 @@ def judge_lists(by_fold: Sequence[Arrays]) -> dict[str, list[float]]:
         numbers = one.numbers.astype(np.float64)
         scores = ((numbers - mean) / spread) @ weights + one.offset[one.chosen]
         scores += trees.score(compare_numbers(numbers))[:, 0]
-        flipped = numbers[:, FLIPPED] > 0
+        flipped = ~one.sound
         order = np.argsort(-scores, kind="stable")
         first = order[np.argsort(flipped[order], kind="stable")[0]]
         order = np.r_[first, order[order != first]]

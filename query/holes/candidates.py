@@ -12,6 +12,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.reduction import reduce_disk
 from patterndb.geometry.points import Floats
+from patterndb.system.kernels import kernel
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
 from query.engine import PatternSource, fills
 from query.expand import expand_pattern
@@ -40,8 +41,9 @@ from query.stroke import Stroke
 #: of which how many are looked at, after how many steps of the search; and rectangles.
 REGULAR, CLOSED_WALKS, CLOSED_STEPS, RECTANGLES = 12, 30, 3_000, 6
 
-#: Assignments that are asked for, likeliest first, and the fills taken of each.
-ASSIGNMENTS = 30
+#: Assignments that are asked for, likeliest first, how many of them before the first fill is
+#: returned, and the fills taken of each.
+ASSIGNMENTS, ASKED_FIRST = 30, 5
 PER_ASSIGNMENT = 8
 
 #: Ways that patterns of holes may lie in the loop that are made: before the first fill is returned,
@@ -76,9 +78,9 @@ class HoleSearch:
     due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
     scores (c,). strokes: strands that fills shall have.
     mirrors: of the loop. rim: what fills may not join. known: keys of what was found.
-    assignments: how many were asked. fixed: quads at loop vertices that the caller chose.
+    fixed: quads at loop vertices that the caller chose.
     best_closed: log probability of the corners of the likeliest regular fill, less that of the most
-    probable corners.
+    probable corners. _asked: assignments of which whole lists were asked for early.
     """
 
     source: PatternSource
@@ -94,9 +96,9 @@ class HoleSearch:
     mirrors: Int32Array
     rim: HoleRim
     known: set[bytes]
-    assignments: int
     fixed: dict[int, int]
     best_closed: float
+    _asked: int
     _facts: dict[int, tuple[int, int, int]]
     _places: dict[int, int]
     _lies: set[Lie]
@@ -143,22 +145,38 @@ class HoleSearch:
             mirrors,
             rim,
             set(),
-            0,
             dict(fixed or {}),
             NONE_CLOSED,
+            0,
             {},
             {},
             set(),
             {},
         )
 
-    def all(self) -> Iterator[HoleCandidate]:
-        """Yield all candidates: regular ones, patterns of holes, those of likely assignments, more
-        patterns of holes, and relaxed ones."""
-        yield from self.regular()
-        yield from self.remembered(REMEMBERED, KEPT)
-        yield from self.likely()
-        self.assignments = ASSIGNMENTS + 1
+    def early(self, *, learned: bool = True) -> Iterator[HoleCandidate]:
+        """Yield the candidates that the first fill is chosen from: regular ones, patterns of holes,
+        and those of the likeliest assignments.
+
+        learned: of learned patterns alone, if there are any; the others, which take longest, are
+        among the late ones then.
+        """
+        found = 0
+        for source in (
+            self.regular(),
+            self.remembered(REMEMBERED, KEPT),
+            self.likely(0, ASKED_FIRST, learned=True) if learned and not self.strokes else (),
+        ):
+            for candidate in source:
+                found += 1
+                yield candidate
+        if not learned or not found:
+            self._asked = ASKED_FIRST
+            yield from self.likely(0, ASKED_FIRST)
+
+    def late(self) -> Iterator[HoleCandidate]:
+        """Yield the others: those of more assignments, more patterns of holes, and relaxed ones."""
+        yield from self.likely(self._asked, ASSIGNMENTS)
         yield from self.remembered(REMEMBERED_LATE, KEPT_LATE)
         yield from self.relaxed()
 
@@ -235,16 +253,19 @@ class HoleSearch:
                 self._places[lie.pattern] = self._places.get(lie.pattern, 0) + 1
                 yield from self._new(variant, first, n, self._places[lie.pattern])
 
-    def likely(self, most: int = ASSIGNMENTS) -> Iterator[HoleCandidate]:
-        """Candidates of the likeliest assignments, strictly with their corners."""
-        for number, quads in enumerate(self.ranked[:most]):
-            self.assignments = number + 1
+    def likely(self, first: int, last: int, *, learned: bool = False) -> Iterator[HoleCandidate]:
+        """Candidates of some of the likeliest assignments, strictly with their corners.
+
+        learned: of learned patterns alone. Without, fills that no artist made are listed, too, of
+        the likeliest.
+        """
+        for number, quads in enumerate(self.ranked[first:last], first):
             n_corners = int((quads != 2).sum())
             whole = ASKED_WHOLE_WIDE if n_corners >= WIDE else ASKED_WHOLE
             limit = PER_ASSIGNMENT
             if n_corners > MOST_CONSTRUCTED:
                 whole, limit = 1, 2
-            yield from self.ask(quads, limit, strict=True, learned=number >= whole)
+            yield from self.ask(quads, limit, strict=True, learned=learned or number >= whole)
 
     def relaxed(self, most: int = RELAXED) -> Iterator[HoleCandidate]:
         """Candidates whose corners may lie elsewhere than the most probable, and the asked,
@@ -340,9 +361,8 @@ class HoleSearch:
             yield from self._new(fill, turn, n, place)
 
     def _new(self, fill: Fill, first: int, n: int, place: int) -> Iterator[HoleCandidate]:
-        quads = np.where(fill.quads < n, (fill.quads + first) % n, fill.quads).astype(np.int32)
-        at_loop = np.bincount(quads.ravel(), minlength=n)[:n].astype(np.int32)
-        if (at_loop > MOST_QUADS).any() or (at_loop < 1).any():
+        quads, at_loop = _turn_quads(fill.quads, first, n)
+        if not len(quads):
             return
         key = self.take_new(quads, fill.n_vertices, n)
         if key is None:
@@ -380,6 +400,25 @@ class HoleSearch:
                 seen = int(patterns.frequency[at[0]]), int(patterns.n_meshes[at[0]])
                 self._facts[pattern.id] = (seen[0], seen[1], ways)
         return self._facts[pattern.id]
+
+
+@kernel
+def _turn_quads(quads: Int32Array, first: int, n: int) -> tuple[Int32Array, Int32Array]:
+    """Turn quads (q, 4), loop vertices 0 to n - 1, so that vertex 0 becomes ``first``; also the
+    quads (n,) at each loop vertex. No quads where a vertex has none, or more than MOST_QUADS."""
+    turned = np.empty((len(quads), 4), np.int32)
+    counts = np.zeros(n, np.int32)
+    for f in range(len(quads)):
+        for e in range(4):
+            v = quads[f, e]
+            if v < n:
+                v = (v + first) % n
+                counts[v] += 1
+            turned[f, e] = v
+    for v in range(n):
+        if not 1 <= counts[v] <= MOST_QUADS:
+            return turned[:0], counts
+    return turned, counts
 
 
 def _widen_loops(fill: Fill) -> list[Fill]:

@@ -16,6 +16,7 @@ from patterndb.geometry.points import Floats
 from patterndb.geometry.quadshape import NO_AREA
 from query.caprequest import Shape
 from query.holes.loops import Hole, MeshTopology
+from query.holes.regular import build_regular_fill
 from query.holes.surroundings import Surroundings
 
 
@@ -148,7 +149,8 @@ DOME_ROUND = (0.5, 2.0)
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatCap:
-    """Where a flat fill lies. apart: do all faces outside leave the plane?"""
+    """Where a flat fill lies. apart: does the boundary alone show what belongs there? All faces
+    outside leave the plane, or all of them are one, as around a window in the wall of a plan."""
 
     plane: RimPlane
     apart: bool
@@ -168,7 +170,9 @@ def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
     is_flat = plane.off <= PLANAR or least >= np.sin(STEEP)
     if shape == "auto" and (not is_flat or _is_dome(walls, plane.measure_radius(points))):
         return None
-    return FlatCap(plane, least >= np.sin(APART))
+    beside = hole.topology.face[hole.edges[hole.edges >= 0]]
+    within_one = len(beside) > 0 and bool((beside == beside[0]).all())
+    return FlatCap(plane, within_one or least >= np.sin(APART))
 
 
 def _is_dome(walls: OuterSlopes, radius: float) -> bool:
@@ -214,7 +218,7 @@ def unfold(around: Surroundings, plane: RimPlane) -> Surroundings:
     count = np.bincount(w, minlength=len(points))
     np.add.at(moves, w, outward[v] * np.minimum(height[w], edge[v])[:, None])
     points = points + moves / np.maximum(count, 1)[:, None]
-    return replace(around, points=points)
+    return replace(around, points=points, beyond=np.tile(plane.normal, (n, 1)))
 
 
 #: A boundary turns at a vertex whose angle, in its plane, is off a straight one by more than TURN;
@@ -236,19 +240,26 @@ ONE_RING, TWO_RINGS = 8, 16
 
 
 def list_cap_quads(loop: Floats, plane: RimPlane, mirrors: Int32Array) -> list[Int32Array]:
-    """Quads (q, 4) that artists put into a convex flat cap, likeliest first.
+    """Quads (q, 4) that artists put into a flat cap, likeliest first.
 
     loop: (L, 3), L even. mirrors: of the loop, see :func:`query.holes.symmetry.find_mirrors`; a
     grid follows one where it can.
-    A grid whose four corners are where the boundary turns, on a round one where its sides are most
-    equal; and on a round one a ring of quads around a grid, a ring around a pole, and two rings
-    around a grid. Vertices of the loop are 0..L-1, inner ones follow. The list is empty where the
-    boundary turns back, and where it has three sharp corners or more than four: no grid fits these.
+    Where the boundary turns back, as that of an L does: quads without irregular vertices inside,
+    with corners where it turns. Elsewhere a grid whose four corners are where the boundary turns,
+    on a round one where its sides are most equal; and on a round one a ring of quads around a grid,
+    a ring around a pole, and two rings around a grid. Vertices of the loop are 0..L-1, inner ones
+    follow. The list is empty where these do not fit, as where there are three sharp corners.
     """
     n = len(loop)
     angles = _measure_angles(loop, plane)
     sharp = int((np.pi - angles > TURN).sum())
-    if n % 2 or n < 4 or (angles - np.pi > BACK).any() or sharp == 3 or sharp > 4:
+    if n % 2 or n < 4:
+        return []
+    if (angles - np.pi > BACK).any():
+        turns = (np.pi - angles > TURN).astype(np.int32) - (angles - np.pi > TURN)
+        made = build_regular_fill(2 - turns)
+        return [] if made is None else [made[0]]
+    if sharp == 3 or sharp > 4:
         return []
     after = np.linalg.norm(np.roll(loop, -1, axis=0) - loop, axis=1)
     is_round = sharp == 0

@@ -40,7 +40,7 @@ from query.holes.models import HoleModels, shipped_models
 from query.holes.odd import list_even_ways
 from query.holes.ranking import HoleCandidate, RankingModel, WholeModel, list_facts
 from query.holes.rim import HoleRim
-from query.holes.shape import PlacedFill, count_flipped, place_fill
+from query.holes.shape import PlacedFill, count_flipped, mend_fill, place_fill
 from query.holes.surroundings import (
     Surroundings,
     find_border_places,
@@ -70,10 +70,6 @@ PLACING_SECONDS = 0.25
 
 #: Rings of faces around a hole that are looked at, and one more.
 SEEN = 4
-
-#: Assignments of corners after which the first fill is told; the rest is asked while it is looked
-#: at.
-ASKED_FIRST = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -469,17 +465,19 @@ def _list_fills(
     if flat is not None and flat.apart and not strokes:
         yield from _cap_fills(hole, ground, flat.plane, fixed, search)
     known: list[HoleCandidate] = []
-    source = search.all()
-    for candidate in source:
+    late = search.late()
+    for candidate in search.early():
         known.append(candidate)
-        if search.assignments > ASKED_FIRST or is_late():
+        if is_late():
             break
     if not known:
+        known += islice(late, 1)
+    if not known:
         return
-    board = _CandidateBoard(around, models.facts, models.whole)
+    board = _CandidateBoard(ground, models.facts, models.whole)
     board.add(known, PLACED_FIRST)
-    rest = takewhile(lambda _: not is_late(), source)
-    whole = board.has_sound()
+    rest = takewhile(lambda _: not is_late(), late)
+    whole = board.find_sound()
     if not whole:
         # The first fill has flipped quads only where all have.
         board.add(list(rest), PLACED - PLACED_FIRST)
@@ -549,16 +547,26 @@ def _mirror_fill(
     return None
 
 
+@dataclass(slots=True, eq=False)
+class _Placed:
+    """A candidate that is placed. row: its numbers' among those of all that ever were, for the
+    score compares them. laid: are quads untangled, and does it lie as the caller wants it?"""
+
+    row: int
+    candidate: HoleCandidate
+    lies: PlacedFill
+    laid: bool = False
+
+
 class _CandidateBoard:
     """Candidates, of which those that look best are placed and ranked by the whole."""
 
-    def __init__(self, around: Surroundings, first: RankingModel, whole: WholeModel) -> None:
-        self._around = around
+    def __init__(self, ground: HoleGround, first: RankingModel, whole: WholeModel) -> None:
+        self._ground, self._around = ground, ground.around
         self._first, self._whole = first, whole
-        # Those that wait, by their facts; those that are placed, each with its row among the
-        # numbers of all that ever were, for the score compares them.
+        # Those that wait, by their facts; those that are placed.
         self._waiting: list[tuple[float, int, HoleCandidate, NDArray[np.float64]]] = []
-        self._placed: list[tuple[int, HoleCandidate, PlacedFill]] = []
+        self._placed: list[_Placed] = []
         self._numbers: list[NDArray[np.float64]] = []
         self._losses: list[float] = []
         self._scores = np.zeros(0)
@@ -577,13 +585,14 @@ class _CandidateBoard:
         self._waiting.sort(key=lambda one: one[:2])
         self._place_next(most)
 
-    def has_sound(self) -> bool:
-        """Is a candidate placed that has no flipped quad?"""
-        return any(not lies.flipped for _, _, lies in self._placed)
+    def find_sound(self) -> bool:
+        """Is a candidate placed that has no flipped quad where it is laid? Of those that have none
+        the one that scores most is laid, and all that score more are."""
+        return any(not self._lay(one).flipped for one in self._by_score())
 
     def place_until_sound(self) -> None:
         """Place more until one has no flipped quad, or none waits."""
-        while self._waiting and not self.has_sound():
+        while not self.find_sound() and self._waiting and not is_late():
             self._place_next(PLACED)
 
     def take_best(self, *, sound: bool = False) -> tuple[HoleCandidate, PlacedFill, float]:
@@ -593,13 +602,29 @@ class _CandidateBoard:
         """
         if not self._placed:
             self._place_next(PLACED)
+        best, *others = self._by_score()
+        if sound and best.lies.flipped:
+            whole = (one for one in others if one.laid and not one.lies.flipped)
+            best = next(whole, best)
+        self._placed.remove(best)
+        return best.candidate, self._lay(best), float(self._scores[best.row])
 
-        def order(i: int) -> tuple[bool, float]:
-            row, _, lies = self._placed[i]
-            return not (sound and lies.flipped), float(self._scores[row])
+    def _by_score(self) -> list[_Placed]:
+        """Those that are placed, greatest score first."""
+        return sorted(self._placed, key=lambda one: -float(self._scores[one.row]))
 
-        row, candidate, lies = self._placed.pop(max(range(len(self._placed)), key=order))
-        return candidate, lies, float(self._scores[row])
+    def _lay(self, one: _Placed) -> PlacedFill:
+        """Untangle a candidate if it has flipped quads, and lay it on its ground, once."""
+        if not one.laid:
+            quads, ground = one.candidate.quads, self._ground
+            if not is_late():
+                one.lies = mend_fill(self._around, quads, one.lies)
+            if ground.moves:
+                points = ground.lay(quads, one.lies.points)
+                flipped = ground.count_flipped(quads, points)
+                one.lies = PlacedFill(points, one.lies.measures, flipped)
+            one.laid = True
+        return one.lies
 
     def _place_next(self, most: int) -> None:
         """Place the first of those that wait: at most so many, or fewer large ones."""
@@ -615,7 +640,7 @@ class _CandidateBoard:
                 break
             placed += 1
             lies = place_fill(self._around, candidate.quads, candidate.n_vertices)
-            self._placed.append((len(self._numbers), candidate, lies))
+            self._placed.append(_Placed(len(self._numbers), candidate, lies))
             self._numbers.append(np.concatenate([facts, lies.measures]))
             self._losses += _lose_by_asymmetry([candidate]).tolist()
         del self._waiting[:placed]
@@ -669,12 +694,9 @@ def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float6
 def _hole_fill(
     hole: Hole, candidate: HoleCandidate, placed: PlacedFill, score: float, ground: HoleGround
 ) -> HoleFill:
-    points, turned = placed.points, placed.flipped
-    if ground.moves:
-        points = ground.lay(candidate.quads, points)
-        turned = ground.count_flipped(candidate.quads, points)
+    quads, turned = candidate.quads, placed.flipped
     fill = _renumber(
-        hole, ground.around, candidate.quads, points, score, False, turned, candidate.fill
+        hole, ground.around, quads, placed.points, score, False, turned, candidate.fill
     )
     return replace(fill, flat=ground.plane is not None)
 

@@ -179,7 +179,8 @@ class HolePatterns:
             return np.zeros(0, np.int64), np.zeros(0, np.int32)
         first = int(t.first_edge[a])
         edges = t.chord[first : int(t.first_edge[b])]
-        along = np.r_[0, np.cumsum(np.array(lie.widths)[edges])]
+        along = np.zeros(len(edges) + 1, np.int64)
+        along[1:] = np.cumsum(np.array(lie.widths)[edges])
         return along[t.first_edge[a:b] - first], t.corner[a:b]
 
 

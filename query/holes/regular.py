@@ -30,9 +30,6 @@ _NEVER = np.float32(-1e18)
 #: One step on the lattice in each direction.
 _STEPS = ((1, 0), (0, 1), (-1, 0), (0, -1))
 
-#: The corners of a cell, from its lower left one. The cell is quarter i around its corner i.
-_CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
-
 
 def build_regular_fill(corners: Int32Array) -> tuple[Int32Array, int] | None:
     """Return the fill that has no irregular vertex inside and these quads at each loop vertex.
@@ -40,50 +37,73 @@ def build_regular_fill(corners: Int32Array) -> tuple[Int32Array, int] | None:
     corners: (L,) 1 to 4. Returns quads (q, 4) int32, loop vertices 0..L-1, inner ones after, and
     how many vertices; None where there is none.
     """
+    quads, n_vertices = _build_fill(np.ascontiguousarray(corners, np.int32))
+    return (quads, n_vertices) if n_vertices else None
+
+
+@kernel
+def _build_fill(corners: Int32Array) -> tuple[Int32Array, int]:
+    """Kernel of :func:`build_regular_fill`; no vertices where there is no such fill."""
     n = len(corners)
-    turns = 2 - corners
-    if turns.sum() != 4:
-        return None
-    ways = np.r_[0, np.cumsum(turns[1:])] & 3
-    path = np.cumsum(np.array(_STEPS)[ways], axis=0)
-    if path[-1].any():
-        return None
-    places = np.vstack([path[-1:], path[:-1]])
-    places = places - places.min(axis=0)
-    width, height = (int(size) for size in places.max(axis=0))
+    none = np.empty((0, 4), np.int32)
+    if (2 - corners).sum() != 4:
+        return none, 0
+    x, y, ways = np.zeros(n + 1, np.int64), np.zeros(n + 1, np.int64), np.zeros(n, np.int64)
+    for i in range(n):
+        ways[i] = (ways[i - 1] + 2 - corners[i]) & 3 if i else 0
+        x[i + 1] = x[i] + (1 if ways[i] == 0 else -1 if ways[i] == 2 else 0)
+        y[i + 1] = y[i] + (1 if ways[i] == 1 else -1 if ways[i] == 3 else 0)
+    if x[n] or y[n]:
+        return none, 0
+    x, y = x[:n] - x[:n].min(), y[:n] - y[:n].min()
+    width, height = x.max(), y.max()
     # How often the walk winds around each cell: edges to its right that run upwards, less those
     # that run downwards.
-    crossed = np.zeros((height, width + 1), np.int64)
-    x, y = places.T
-    np.add.at(crossed, (y[ways == 1], x[ways == 1]), 1)
-    np.add.at(crossed, (y[ways == 3] - 1, x[ways == 3]), -1)
-    winding = crossed[:, ::-1].cumsum(axis=1)[:, ::-1][:, 1:]
-    if not winding.size or winding.min() < 0 or winding.max() > 1:
-        return None
+    winding = np.zeros((height, width + 1), np.int64)
+    for i in range(n):
+        if ways[i] == 1:
+            winding[y[i], x[i]] += 1
+        elif ways[i] == 3:
+            winding[y[i] - 1, x[i]] -= 1
     # A lattice point that the walk passes twice, along a slit, is two vertices: so vertices are
     # numbered by the quarters around a point that lie inside.
-    quarter = np.arange(4)
-    mine = quarter < corners[:, None]
     number = np.full((height + 1, width + 1, 4), -1, np.int64)
-    taken = np.zeros(number.shape, np.int64)
-    at = (np.repeat(y, corners), np.repeat(x, corners), ((ways[:, None] + quarter) & 3)[mine])
-    np.add.at(taken, at, 1)
-    if taken.max() > 1:
-        return None
-    number[at] = np.repeat(np.arange(n), corners)
-    inside = np.zeros((height + 1, width + 1), np.bool_)
-    b, a = np.nonzero(winding == 1)
-    for right, up in _CORNERS:
-        inside[b + up, a + right] = True
-    inside[y, x] = False
-    inner = np.argwhere(inside)
-    number[inner[:, 0], inner[:, 1]] = n + np.arange(len(inner))[:, None]
-    quads = np.column_stack(
-        [number[b + up, a + right, i] for i, (right, up) in enumerate(_CORNERS)]
-    )
-    if quads.min() < 0:
-        return None
-    return quads.astype(np.int32), n + len(inner)
+    for i in range(n):
+        for k in range(ways[i], ways[i] + corners[i]):
+            if number[y[i], x[i], k & 3] >= 0:
+                return none, 0
+            number[y[i], x[i], k & 3] = i
+    on_loop = np.zeros((height + 1, width + 1), np.bool_)
+    for i in range(n):
+        on_loop[y[i], x[i]] = True
+    used = np.zeros((height + 1, width + 1), np.bool_)
+    cells = 0
+    for b in range(height):
+        for a in range(width - 1, -1, -1):
+            winding[b, a] += winding[b, a + 1]
+            if winding[b, a + 1] < 0 or winding[b, a + 1] > 1:
+                return none, 0
+            if winding[b, a + 1]:
+                cells += 1
+                used[b : b + 2, a : a + 2] = True
+    count = n
+    for b in range(height + 1):
+        for a in range(width + 1):
+            if used[b, a] and not on_loop[b, a]:
+                number[b, a] = count
+                count += 1
+    quads = np.empty((cells, 4), np.int32)
+    at = 0
+    for b in range(height):
+        for a in range(width):
+            if not winding[b, a + 1]:
+                continue
+            quads[at, 0], quads[at, 1] = number[b, a, 0], number[b, a + 1, 1]
+            quads[at, 2], quads[at, 3] = number[b + 1, a + 1, 2], number[b + 1, a, 3]
+            at += 1
+    if not cells or quads.min() < 0:
+        return none, 0
+    return quads, count
 
 
 def list_rectangles(logs: Floats, most: int) -> list[Int32Array]:

@@ -16,15 +16,23 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Floats
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.points import Floats, units
 from patterndb.system.kernels import kernel
 from query.holes.surroundings import Surroundings, norm_of
+from query.placing.laplace import solve_harmonic
+from query.placing.untangle import untangle
 
 #: Inner vertices up to which a dense solver is faster.
 DENSE = 160
 
 #: What is added to the normal equations' diagonal: loops without surroundings leave a plane open.
 RIDGE = 1e-9
+
+#: A quad is turned over where it lies folded back on the faces across two of its edges or more: the
+#: cosine of the angle between normals is less than this. Artists' own quads meet across one edge at
+#: any angle, around a thin rim; across two they hardly ever are more than 120 degrees apart.
+FOLDED = -0.5
 
 #: The numbers of :func:`measure_fill`, in order.
 MEASURES = (
@@ -61,7 +69,7 @@ BENDING = MEASURES.index("bending")
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedFill:
     """points: (k, 3) inner vertices in the fill's order. measures: see MEASURES. flipped: quads
-    whose normal turns against the mean of their neighbours'."""
+    that are turned over; see FOLDED."""
 
     points: Floats
     measures: Floats
@@ -104,6 +112,19 @@ def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> Plac
     return placed
 
 
+def mend_fill(around: Surroundings, quads: Int32Array, placed: PlacedFill) -> PlacedFill:
+    """Untangle a fill that has quads turned over, if fewer are then; its measures stay."""
+    n, n_vertices = len(around.outside), len(around.outside) + len(placed.points)
+    if not placed.flipped or not len(placed.points):
+        return placed
+    beside = Neighbours.of(quads, n_vertices, n)
+    vertices = np.vstack([around.points[:n], placed.points])
+    normals = units(solve_harmonic(beside, around.normals))
+    points = untangle(quads, vertices, normals, n, beside)[n:]
+    flipped = count_flipped(around, quads, points)
+    return PlacedFill(points, placed.measures, flipped) if flipped < placed.flipped else placed
+
+
 def count_flipped(around: Surroundings, quads: Int32Array, inner: Floats) -> int:
     """Count the quads of a fill that are turned over where its inner vertices (k, 3) lie."""
     n_loop, n_outer = len(around.outside), len(around.points)
@@ -121,6 +142,7 @@ def _measure_there(
         around.corners.astype(np.int64),
         around.offsets,
         around.normals,
+        around.beyond,
         len(around.outside),
         len(around.points),
         around.scale,
@@ -260,6 +282,7 @@ def measure_fill(
     corners: NDArray[np.int64],
     offsets: NDArray[np.int64],
     normals: Floats,
+    beyond: Floats,
     n_loop: int,
     n_outer: int,
     scale: float,
@@ -295,7 +318,6 @@ def measure_fill(
     n_ratio = 0
     least = 1.0
     mean = 0.0
-    flipped = 0
     angles = 0.0
     opposite = 0.0
     areas = 0.0
@@ -311,10 +333,6 @@ def measure_fill(
     for f in range(q):
         worst = 1.0
         side = np.empty(4)
-        about = np.zeros(3)
-        for e in range(4):
-            about += vertex_normal[quads[f, e]] - normal[f]
-        flipped += (about * normal[f]).sum() < 0
         for e in range(4):
             v, w, u = quads[f, e], quads[f, (e + 1) & 3], quads[f, (e + 3) & 3]
             a, b = points[w] - points[v], points[u] - points[v]
@@ -371,6 +389,7 @@ def measure_fill(
     found[2] = ratio / max(n_ratio, 1)
     found[3] = least
     found[4] = mean / q
+    worst_fold, flipped = _find_folds(quads, normal, beyond, n_points)
     found[5] = flipped / q
     found[6] = angles / q
     found[7] = opposite / q
@@ -382,7 +401,6 @@ def measure_fill(
     found[11] = inner_bend
     found[12] = irregular / max(n_irregular, 1)
     jump = 0.0
-    worst_fold = _worst_fold(quads, normal, n_points)
     for f in range(q):
         for e in range(4):
             v, w = quads[f, e], quads[f, (e + 1) & 3]
@@ -406,20 +424,34 @@ def measure_fill(
 
 
 @kernel
-def _worst_fold(quads: NDArray[np.int64], normal: Floats, n_points: int) -> float:
-    """1 less the cosine of the greatest angle between the normals of quads with a common edge."""
+def _find_folds(
+    quads: NDArray[np.int64], normal: Floats, beyond: Floats, n_points: int
+) -> tuple[float, int]:
+    """1 less the cosine of the greatest angle between the normals of quads with a common edge; and
+    how many quads are turned over, see FOLDED.
+
+    beyond: (L, 3) normals of the faces across the loop's edges, 0 where there is none.
+    """
+    n_loop = len(beyond)
     keys = np.empty(4 * len(quads), np.int64)
+    folded = np.zeros(len(quads), np.int64)
     for f in range(len(quads)):
         for e in range(4):
             v, w = quads[f, e], quads[f, (e + 1) & 3]
             keys[4 * f + e] = min(v, w) * n_points + max(v, w)
+            if v < n_loop and w == (v + 1) % n_loop:
+                folded[f] += (normal[f] * beyond[v]).sum() < FOLDED
     order = np.argsort(keys)
     worst = 0.0
     for i in range(len(order) - 1):
         if keys[order[i]] == keys[order[i + 1]]:
             a, b = order[i] >> 2, order[i + 1] >> 2
-            worst = max(worst, 1.0 - (normal[a] * normal[b]).sum())
-    return worst
+            cosine = (normal[a] * normal[b]).sum()
+            worst = max(worst, 1.0 - cosine)
+            if cosine < FOLDED:
+                folded[a] += 1
+                folded[b] += 1
+    return worst, (folded > 1).sum()
 
 
 @kernel

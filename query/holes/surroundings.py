@@ -44,6 +44,7 @@ class Surroundings:
     due:       (L,) int32 quads that would make the vertex regular, which may be none or less.
     asked:     (L,) int32 the same, from 1 to 4.
     normals:   (L, 3) unit normals of the faces outside. angle_outside: (L,) radians that they take.
+    beyond:    (L, 3) unit normals of the faces across the loop's edges, 0 where there is none.
     scale:     the geometric mean of the edges of faces at the loop.
     area:      that of their areas.
     spokes:    (L,) mean log length of the edges that leave the loop outwards, nan where none does.
@@ -59,6 +60,7 @@ class Surroundings:
     asked: Int32Array
     normals: Floats
     angle_outside: Floats
+    beyond: Floats
     scale: float
     area: float
     spokes: Floats
@@ -130,6 +132,7 @@ def look_around(hole: Hole) -> Surroundings:
         np.clip(due, 1, 4).astype(np.int32),
         normals,
         angle,
+        _find_normals_beyond(placed, corner_array, offset_array, n),
         scale,
         area,
         spokes,
@@ -159,6 +162,7 @@ def surround_with_nothing(points: Floats, due: Int32Array) -> Surroundings:
         np.clip(due, 1, 4).astype(np.int32),
         np.tile(_loop_normal(points), (n, 1)),
         np.zeros(n),
+        np.zeros((n, 3)),
         scale,
         scale * scale,
         np.full(n, np.nan),
@@ -334,6 +338,31 @@ def _measure_fans(
         if s > 0:
             normals[v] /= s
     return normals, angles
+
+
+@kernel
+def _find_normals_beyond(
+    points: Floats, corners: Int32Array, offsets: NDArray[np.int64], n_loop: int
+) -> Floats:
+    """(L, 3) unit normals of the faces across the loop's edges, 0 where there is none."""
+    beyond = np.zeros((n_loop, 3))
+    for f in range(len(offsets) - 1):
+        first, last = offsets[f], offsets[f + 1]
+        k = last - first
+        for e in range(k):
+            v, w = corners[first + (e + 1) % k], corners[first + e]
+            if v >= n_loop or w != (v + 1) % n_loop:
+                continue
+            normal = np.zeros(3)
+            for c in range(1, k - 1):
+                normal += np.cross(
+                    points[corners[first + c]] - points[corners[first]],
+                    points[corners[first + c + 1]] - points[corners[first]],
+                )
+            s = norm_of(normal)
+            if s > 0:
+                beyond[v] = normal / s
+    return beyond
 
 
 @kernel

@@ -180,6 +180,36 @@ def test_a_box_gets_its_own_corners(source: PatternSource, a: int, b: int) -> No
     assert new == {(x, y, 2.0) for x in range(1, a) for y in range(1, b)}
 
 
+def outline_cells(cells: set[tuple[int, int]]) -> list[tuple[float, float]]:
+    """The boundary of unit squares that hang together, counter-clockwise."""
+    ahead: dict[tuple[int, int], tuple[int, int]] = {}
+    for x, y in cells:
+        around = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)]
+        beyond = [(x, y - 1), (x + 1, y), (x, y + 1), (x - 1, y)]
+        for i, cell in enumerate(beyond):
+            if cell not in cells:
+                ahead[around[i]] = around[(i + 1) % 4]
+    found = [min(ahead)]
+    while (following := ahead[found[-1]]) != found[0]:
+        found.append(following)
+    assert len(found) == len(ahead)
+    return [(float(x), float(y)) for x, y in found]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    ["###.|###.|##..", "#####|..#..|..#..|..#..", ".#.|###|.#.", "#...|##..|###.|####", "#.#|###"],
+    ids=["L", "T", "plus", "staircase", "U"],
+)
+def test_a_lid_that_turns_back_gets_its_own_corners(source: PatternSource, rows: str) -> None:
+    cells = {(x, y) for y, row in enumerate(rows.split("|")) for x, c in enumerate(row) if c == "#"}
+    hole = top_hole(extrude(outline_cells(cells), [0.0, 1.0, 2.0]))
+    fill = next(fill_holes(source, hole, twins=False))
+    corners = np.concatenate([hole.points, fill.points])[fill.local]
+    assert {tuple(c) for c in np.floor(corners.mean(axis=1)[:, :2]).astype(int).tolist()} == cells
+    assert fill.n_quads == len(cells) and fill.flat and not fill.flipped
+
+
 @pytest.mark.parametrize(
     "stretch, slope, noise, n_quads",
     [(3, 0, 0.0, 16), (1, 0.5, 0.0, 9), (1, 0, 0.03, 9), (2, 1.0, 0.0, 0)],

@@ -38,6 +38,7 @@ from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
 from query.holes.ranking import NAMES, tame_numbers
 from query.holes.rim import HoleRim
+from query.holes.shape import PlacedFill, count_flipped, mend_fill
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
 from query.holes.symmetry import find_mirrors, follow_mirrors, is_mirrored
 from query.holes.trees import TreeModel
@@ -295,6 +296,47 @@ def test_the_first_fill_has_no_flipped_quad_where_one_has_none(
         folded += any(fill.flipped for fill in fills)
         assert not fills[0].flipped or all(fill.flipped for fill in fills)
     assert folded
+
+
+def bend_strip(profile: list[tuple[float, float]], n: int) -> PolygonMesh:
+    """n rows of quads along a profile of points (x, z)."""
+    m = len(profile)
+    points = np.array([(x, float(y), z) for y in range(n + 1) for x, z in profile])
+    faces = [
+        [y * m + x, y * m + x + 1, (y + 1) * m + x + 1, (y + 1) * m + x]
+        for y in range(n)
+        for x in range(m - 1)
+    ]
+    return PolygonMesh.from_faces(points, faces)
+
+
+def test_quads_around_a_thin_rim_are_not_flipped_and_those_folded_back_are(
+    source: PatternSource,
+) -> None:
+    plate = [(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (2.0, 0.02), (1.0, 0.02), (0.0, 0.02)]
+    rim = hole_of_faces(MeshTopology.of(bend_strip(plate, 6)), [y * 5 + 2 for y in range(2, 4)])
+    fill = next(fill_holes(source, rim, twins=False))
+    assert fill.n_quads == 2 and fill.flipped == 0
+    inner = find_holes(HOLED)[0]
+    own = hole_of_faces(MeshTopology.of(grid(6)), [14, 15, 20, 21])
+    assert (own.loop == inner.loop).all()
+    fill = next(fill_holes(source, inner, twins=False))
+    around = look_around(inner)
+    assert fill.n_quads == 4 and count_flipped(around, fill.local, fill.points) == 0
+    for off in ([2.5, 0.0, 0.0], [2.5, 2.5, 0.0], [-9.0, 0.0, 0.0]):
+        assert count_flipped(around, fill.local, fill.points + off) > 0
+
+
+def test_flipped_quads_are_mended(source: PatternSource) -> None:
+    inner = find_holes(OPENED)[0]
+    fill = next(fill_holes(source, inner, twins=False))
+    around, points = look_around(inner), fill.points.copy()
+    points[4] += [1.3, 1.2, 0.0]
+    flipped = count_flipped(around, fill.local, points)
+    assert flipped
+    mended = mend_fill(around, fill.local, PlacedFill(points, np.zeros(0), flipped))
+    assert mended.flipped == 0 and count_flipped(around, fill.local, mended.points) == 0
+    assert mend_fill(around, fill.local, mended) is mended
 
 
 def cube(n: int) -> PolygonMesh:
