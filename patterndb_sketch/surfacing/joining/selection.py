@@ -59,7 +59,8 @@ def select_joins(
     near = approaches.take(approaches.gaps <= allowed)
     nearest = find_nearest_at_ends(curves, near.append(followed.exact), survey.ends, copies)
     # An end that goes on too far needs what its curve meets shortly before.
-    needed = ~curves.is_open_end(near.curves, near.lengths).any(axis=1)
+    has_end = curves.is_open_end(near.curves, near.lengths)
+    needed = ~(has_end[:, 0] | has_end[:, 1])
     for side in range(2):
         curve = near.curves[:, side]
         ends = is_near_end(curves, curve, near.lengths[:, side], survey.ends)
