@@ -137,7 +137,7 @@ class Plan:
     ranking_rounds: int = 400
     ranking_leaves: int = 31
     ranking_rate: float = 0.05
-    ranking_bags: int = 1
+    ranking_bags: int = 3
     ranking_power: float = 1.0
 
     def scale(self, part: float) -> Plan:

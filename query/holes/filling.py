@@ -540,7 +540,7 @@ def _mirror_fill(
         quads = match.mirror_quads(other.local, n_vertices)
         if match.exact:
             return quads, match.mirror_points(other.points), other.flat
-        placed = place_fill(around, quads, n_vertices)
+        placed = mend_fill(around, quads, place_fill(around, quads, n_vertices))
         points = ground.lay(quads, placed.points)
         if ground.count_flipped(quads, points) <= other.flipped:
             return quads, points, ground.plane is not None
