@@ -26,12 +26,14 @@ os.environ.setdefault(KERNELS_VARIABLE, str(kernel_folder() or ""))
 
 # No test asserts a time, nor does hypothesis for it.
 settings.register_profile(
-    "patient",
+    "random",
     deadline=None,
     print_blob=True,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
-settings.load_profile("patient")
+# A change is judged by the same examples in every run; --hypothesis-profile random finds others.
+settings.register_profile("repeatable", settings.get_profile("random"), derandomize=True)
+settings.load_profile("repeatable")
 
 
 #: How a test module names what lies in the shared folder.
