@@ -63,6 +63,9 @@ HALVINGS, HOLDS = 3, 5
 #: No vertex goes further, in target edges, where quads are untangled.
 LONGEST_LEAP = 1.0
 
+#: Times that all is done, until no quad is flipped: some tangles open once the others have.
+FITTINGS = 3
+
 #: Times that flipped quads are untangled and projected.
 UNTANGLINGS = 4
 
@@ -88,11 +91,14 @@ def fit_quads(
     fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
     if not fit.free.any():
         return found
-    fit.shape()
-    fit.open_tangles()
-    fit.run()
-    fit.open_tangles()
-    return fit.finish(whole=True)
+    for _ in range(FITTINGS):
+        fit.shape()
+        fit.open_tangles()
+        fit.run()
+        fit.open_tangles()
+        if not fit.count_flipped():
+            break
+    return fit.finish()
 
 
 def count_flipped(found: FilledNetwork) -> int:
@@ -138,14 +144,13 @@ class _Fit:
         self.ground = ground
         self.sizes = sizes
         self.laid = laid
+        self.kept = kept
         self.mesh = weld_fills(found)
         self.at, self.normals = self.mesh.vertices.copy(), self.mesh.normals.copy()
         self.number = number_vertices(found, self.mesh)
         self.on_network = self._name_vertices()
-        self.free = self._find_free(kept)
-        # Where patches are kept, their borders stay as they are.
-        network = found.network
-        self.curves = [] if kept else find_fixed_curves(network, laid, self._list_along)
+        self.free = self._find_free()
+        self.curves = find_fixed_curves(found.network, laid, kept, self._list_along)
         self.on_curve = np.zeros(len(self.free), np.bool_)
         for curve in self.curves:
             self.free[curve.vertices[curve.sliding]] = True
@@ -165,7 +170,7 @@ class _Fit:
             at.update(zip(keys, number[: len(keys)].tolist(), strict=True))
         return at
 
-    def _find_free(self, kept: frozenset[int]) -> NDArray[np.bool_]:
+    def _find_free(self) -> NDArray[np.bool_]:
         """(v,) what is on chains that were laid, on nodes of nothing else, and within patches that
         are not kept."""
         network, mesh = self.found.network, self.mesh
@@ -181,7 +186,7 @@ class _Fit:
             (mesh.chain < 0) | np.isin(mesh.chain, sorted(self.laid)),
         )
         free[np.concatenate([np.array(face, np.int64) for face in (*mesh.kept, ())])] = False
-        for patch in kept & self.number.keys():
+        for patch in self.kept & self.number.keys():
             free[self.number[patch][self.found.placed[patch].perimeter :]] = False
         return free
 
@@ -190,6 +195,9 @@ class _Fit:
         keys = [(chain.start, -1), *((chain.id, k) for k in range(1, chain.count))]
         keys.append((chain.end, -1))
         return [self.on_network[k] for k in keys] if all(k in self.on_network for k in keys) else []
+
+    def count_flipped(self) -> int:
+        return int(flipped(self.mesh.quads, self.at, self.normals).sum())
 
     def open_tangles(self) -> None:
         """Untangle flipped quads within the surface, as far as that can be."""
@@ -319,9 +327,9 @@ class _Fit:
             there = self.ground.nearest_facing(half, turned[held])
             moved[held], turned[held] = there.points, there.normals
 
-    def finish(self, whole: bool = False) -> FilledNetwork:
-        """The network with its curves through the vertices, and these held within patches; whole:
-        on their borders, too."""
+    def finish(self) -> FilledNetwork:
+        """The network with its curves through the vertices, and all of these held by patches that
+        are not kept."""
         network = self.found.network
         nodes = dict(network.nodes)
         for vertex in np.flatnonzero(self.free & (self.mesh.node >= 0)).tolist():
@@ -350,10 +358,9 @@ class _Fit:
                 continue
             filling = filling_of(network.patches[patch])
             assert filling.choice is not None
-            inner = np.arange(filling.choice.perimeter, len(number))
-            if self.free[number[inner]].all():
-                which = np.arange(len(number)) if whole else inner
-                held = filling.with_moved(which, self.at[number[which]])
+            inner = number[filling.choice.perimeter :]
+            if patch not in self.kept and self.free[inner].all():
+                held = filling.with_moved(np.arange(len(number)), self.at[number])
                 network = set_choice(network, patch, held)
             moved.append(patch)
         placed = dict(self.found.placed)

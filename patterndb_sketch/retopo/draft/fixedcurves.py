@@ -103,17 +103,22 @@ class FixedCurve:
 
 
 def find_fixed_curves(
-    network: Network, laid: Collection[int], list_along: Callable[[Chain], list[int]]
+    network: Network,
+    laid: Collection[int],
+    kept: Collection[int],
+    list_along: Callable[[Chain], list[int]],
 ) -> list[FixedCurve]:
     """Find the curves that stay: chains that no draft laid, joined where they continue each other.
 
-    laid: ids of the chains that may move. list_along: gives the mesh's vertices along a chain, none
-    where no patch has quads.
+    laid: ids of the chains that may move. kept: patches whose vertices stay, on their borders, too.
+    list_along: gives the mesh's vertices along a chain, none where no patch has quads.
     """
+    still = {half >> 1 for patch in kept for half in network.patches[patch].loop}
+    held = {n for c in still for n in (network.chains[c].start, network.chains[c].end)}
     fixed = {
         c: chain
         for c, chain in network.chains.items()
-        if c not in laid and FACE not in chain.marks and not chain.loose
+        if not (c in laid or c in still or FACE in chain.marks or chain.loose)
     }
     ends: dict[int, list[HalfChain]] = {}
     for c, chain in fixed.items():
@@ -121,7 +126,8 @@ def find_fixed_curves(
         ends.setdefault(chain.end, []).append(2 * c + 1)
     follows: dict[HalfChain, HalfChain] = {}
     for node, halves in ends.items():
-        if len(halves) == 2 and network.nodes[node].cut and _is_straight(network, *halves):
+        movable = len(halves) == 2 and node not in held and network.nodes[node].cut
+        if movable and _is_straight(network, *halves):
             one, two = halves
             follows[one ^ 1], follows[two ^ 1] = two, one
     found: list[FixedCurve] = []
