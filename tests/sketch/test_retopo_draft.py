@@ -517,8 +517,10 @@ def count_tries(monkeypatch: pytest.MonkeyPatch, spoilt: int) -> list[int]:
     tried: list[int] = []
     of = ProposedDraft.of
 
-    def spoil(found: FilledNetwork, judge: DraftJudge) -> ProposedDraft:
-        made = of(found, judge)
+    def spoil(
+        found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()
+    ) -> ProposedDraft:
+        made = of(found, judge, notes)
         tried.append(made.report.quads)
         if len(tried) > spoilt:
             return made

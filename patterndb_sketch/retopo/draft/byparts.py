@@ -31,7 +31,11 @@ from patterndb_sketch.retopo.draft.proposing import (
     ProposedDraft,
     propose_draft,
 )
-from patterndb_sketch.retopo.draft.sharpedges import drop_open_chains, find_border
+from patterndb_sketch.retopo.draft.sharpedges import (
+    drop_open_chains,
+    find_border,
+    find_sharp_edges,
+)
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -226,7 +230,7 @@ def _propose_by_creases(
     :func:`_propose_by_edges`."""
     notes: list[str] = []
     tried: list[PartsDraft] = []
-    for goal in _list_goals(task):
+    for goal in _list_goals(task, share):
         budget = DraftBudget(min(CREASES_IN_VAIN, task.budget.left))
         try:
             one = _propose_by_edges(replace(task, goal=goal, budget=budget), edges, share, tell)
@@ -249,12 +253,17 @@ def _propose_by_creases(
     return tried[-1] if bare.made.sound else min(tried, key=lambda one: one.made.rank)
 
 
-def _list_goals(task: DraftTask) -> list[DraftGoal]:
-    """List the goals with creases, as far as they differ on the task's ground."""
+def _list_goals(task: DraftTask, share: float) -> list[DraftGoal]:
+    """List the goals with creases, as far as they differ on the task's ground.
+
+    share: of the part in the whole surface's area; on small ones edges may become finer."""
     goal = task.goal
     if goal.sharp is None:
         return []
-    edges = find_creases(task.ground, task.sizes.edge, goal.sharp)
+    if share <= SMALL:
+        edges = find_sharp_edges(task.ground, FINER[-1] * task.sizes.edge, goal.sharp)
+    else:
+        edges = find_creases(task.ground, task.sizes.edge, goal.sharp)
     closed = drop_open_chains(edges, find_border(task.ground))
     goals = [goal] if edges else []
     return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals

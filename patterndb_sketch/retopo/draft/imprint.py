@@ -42,14 +42,17 @@ THIRDS = 3
 
 
 def cut_along_curves(
-    network: Network, mesh: FieldMesh, edge: float, drawn: Iterable[int]
+    network: Network, mesh: FieldMesh, edge: float, drawn: Iterable[int] | None = None
 ) -> FieldMesh:
     """Return the part of a mesh that no patch covers, cut open along drawn chains, remeshed.
 
-    network: on the same surface; its other chains are borders of the mesh already. edge: of the
-    mesh, the surface's unit. Raises RefusedError, with the place, where curves are too close to
-    each other for edges of this length, and where patches cover everything.
+    network: on the same surface. drawn: its chains to cut along, by default all that are on no
+    border; the others are borders of the mesh already. edge: of the mesh, the surface's unit.
+    Raises RefusedError, with the place, where curves are too close to each other for edges of this
+    length, and where patches cover everything.
     """
+    if drawn is None:
+        drawn = [c for c, chain in network.chains.items() if not chain.marked]
     chains = [network.chains[c] for c in drawn]
     paths = _Paths(network, chains, mesh, edge)
     for chain in chains:

@@ -50,7 +50,9 @@ from patterndb_sketch.retopo.filling import (
     FilledNetwork,
     PlacedCache,
     choose_counts,
+    fill_between,
     fill_network,
+    has_suitable_fill,
 )
 from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts, side_lengths
 from patterndb_sketch.retopo.filling.report import Report
@@ -452,65 +454,119 @@ def propose_draft(
     """Propose the best draft of all settings.
 
     enough: so many settings are laid out; the cheapest layout (:func:`price_layout`) is filled and
-    fitted, and the next ones only if that is not sound. tell: is called with the share of settings
-    that are done.
+    fitted, the next ones only if that is not sound, and other settings if none is. tell: is called
+    with the share of settings that are done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
     given, and where no setting comes to a layout; RoundRegionError where the same region has too
     few corners by two settings.
     """
-    goal, budget, sizes, ground = task.goal, task.budget, task.sizes, task.ground
     network, mesh, notes = _prepare(task)
-    judge = DraftJudge(ground, task.half, goal.allow_off(ground))
+    judge = DraftJudge(task.ground, task.half, task.goal.allow_off(task.ground))
+    samples = sample_both_sides(task.ground, task.half, _find_finest(task))
+    best: ProposedDraft | None = None
+    why: list[str] = []
+    for batch in _lay_out(task, network, mesh, enough, why, tell):
+        for one in batch:
+            if best is not None and task.budget.spent:
+                return best
+            made = _make_draft(task, one, network, samples, judge, notes)
+            if best is None or made.rank < best.rank:
+                best = made
+            if made.sound or judge.is_lopsided(made.found, made.report):
+                return best
+    if best is None:
+        raise RefusedError(f"no draft: {why[0]}")
+    return best
+
+
+def _find_finest(task: DraftTask) -> float:
+    """Return the edge length of the quads, where lines are laid out for fewer."""
+    edge, quad = task.sizes.edge, task.goal.quad
+    return edge if quad is None else min(quad, edge)
+
+
+def _lay_out(
+    task: DraftTask,
+    network: Network,
+    mesh: FieldMesh,
+    enough: int,
+    why: list[str],
+    tell: Callable[[float], None] | None,
+) -> Iterator[list[DraftedNetwork]]:
+    """Lay out the settings whose fields differ: first some, by price, and then one by one.
+
+    enough: how many at first. why: to this is added why a setting comes to nothing.
+    """
+    sizes, budget, wanted = task.sizes, task.budget, task.goal.count_quads(task.ground)
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
     solvers: dict[float, FieldSolver] = {}
-    why: list[str] = []
-    drafts: list[tuple[float, int, DraftedNetwork]] = []
+    batch: list[DraftedNetwork] = []
+    laid = False
     for tried, setting in enumerate(SETTINGS, 1):
-        if (tried > enough and drafts) or (budget.spent and tried > 1):
-            break
         if tell is not None:
             tell((tried - 1) / len(SETTINGS))
         if setting.alignment not in solvers:
             solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
         field = solvers[setting.alignment].solve(setting.merging * sizes.edge)
         key = field.index.tobytes(), setting.alignment, setting.finer
-        if key in done:
+        if key not in done:
+            done.add(key)
+            try:
+                batch.append(
+                    draft_network(network, task.ground, sizes, setting, field, budget, wanted)
+                )
+                laid = True
+            except RefusedError as error:
+                budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+                if isinstance(error, RoundRegionError) and not laid and str(error) in why:
+                    # By two settings the same region: it is in what is drawn.
+                    raise RoundRegionError(f"no draft: {error}") from error
+                why.append(str(error))
+        if batch and (tried >= enough or budget.spent):
+            yield sorted(batch, key=price_layout)
+            batch = []
+        if budget.spent:
+            break
+    if batch:
+        yield sorted(batch, key=price_layout)
+
+
+def _make_draft(
+    task: DraftTask,
+    one: DraftedNetwork,
+    network: Network,
+    samples: Points,
+    judge: DraftJudge,
+    notes: tuple[str, ...],
+) -> ProposedDraft:
+    """Fill a layout and fit its quads to samples; network: what of it is given."""
+    ground, sizes = task.ground, task.sizes
+    if (wanted := task.goal.count_quads(ground)) is not None:
+        one = improve_counts(one, wanted)
+    found = fill_network(one.network, ground, task.source, sizes.edge, PlacedCache())
+    found = _fill_rest(found, ground, task.source)
+    fitted = replace(sizes, edge=_find_finest(task))
+    found = fit_quads(found, ground, samples, fitted, one.laid, network.patches)
+    made = ProposedDraft.of(found, judge, notes)
+    if not made.sound:
+        task.budget.spend(made.report.quads / (1 if task.half is None else 2))
+    return made
+
+
+def _fill_rest(found: FilledNetwork, ground: Ground, source: PatternSource) -> FilledNetwork:
+    """Fill patches that are refused quads where these are placed one by one: all are fitted."""
+    network, placed = found.network, dict(found.placed)
+    for number in sorted(network.patches.keys() - placed.keys()):
+        if has_suitable_fill(network, network.patches[number]):
+            # What lies within it is not joined to it.
             continue
-        done.add(key)
         try:
-            one = draft_network(
-                network, ground, sizes, setting, field, budget, goal.count_quads(ground)
-            )
-        except RefusedError as error:
-            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
-            if isinstance(error, RoundRegionError) and not drafts and str(error) in why:
-                # By two settings the same region: it is in what is drawn.
-                raise RoundRegionError(f"no draft: {error}") from error
-            why.append(str(error))
+            network, placed[number] = fill_between(network, ground, source, number)
+        except RefusedError:
+            # It has no fill at all, which is a flaw of the draft.
             continue
-        drafts.append((price_layout(one), tried, one))
-    best: ProposedDraft | None = None
-    fine = sizes.edge if goal.quad is None else min(goal.quad, sizes.edge)
-    samples = sample_both_sides(ground, task.half, fine)
-    for _, _, one in sorted(drafts, key=lambda item: item[:2]):
-        if best is not None and (best.sound or budget.spent):
-            break
-        if (wanted := goal.count_quads(ground)) is not None:
-            one = improve_counts(one, wanted)
-        found = fill_network(one.network, ground, task.source, sizes.edge, PlacedCache())
-        fitted = replace(sizes, edge=fine)
-        found = fit_quads(found, ground, samples, fitted, one.laid, network.patches)
-        made = ProposedDraft.of(found, judge, notes)
-        if not made.sound:
-            budget.spend(made.report.quads / (1 if task.half is None else 2))
-        if best is None or made.rank < best.rank:
-            best = made
-        if judge.is_lopsided(found, made.report):
-            break
-    if best is None:
-        raise RefusedError(f"no draft: {why[0]}")
-    return best
+    return replace(found, network=network, placed=placed)
 
 
 def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
