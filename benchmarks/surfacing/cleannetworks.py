@@ -17,6 +17,7 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 
@@ -301,14 +302,13 @@ def make_revolved(
     """
     drawing = Drawing()
     knots = np.arange(len(profile))
+    smooth = PchipInterpolator(knots, np.array(profile), axis=0)
 
     def place(u: float, v: float) -> tuple[float, float, float]:
-        from scipy.interpolate import PchipInterpolator
-
         if outline is not None:
             r, h = outline(v / (len(profile) - 1))
         elif samples > 1:
-            r, h = PchipInterpolator(knots, np.array(profile), axis=0)(v)
+            r, h = smooth(v)
         else:
             r, h = profile[round(v)]
         return r * math.cos(2 * math.pi * u), r * math.sin(2 * math.pi * u), h
@@ -486,12 +486,10 @@ def make_car(roof: float, arches: bool, samples: int) -> CleanNetwork:
         (3.7, 0.85, 0.84, 0.75),
         (4.3, 0.75, 0.74, 0.66),
     ]
-    table = np.array(stations)
+    smooth = PchipInterpolator(np.arange(len(stations)), np.array(stations), axis=0)
 
     def section(k: float) -> Points:
-        from scipy.interpolate import PchipInterpolator
-
-        x, top, half, shoulder = PchipInterpolator(np.arange(len(table)), table, axis=0)(k)
+        x, top, half, shoulder = smooth(k)
         edge = 0.62 * half
         right = [(half * 0.97, 0.25), (half, shoulder), (edge, top)]
         ring = [(-w, z) for w, z in right] + [(w, z) for w, z in right[::-1]]
@@ -544,5 +542,5 @@ def make_car(roof: float, arches: bool, samples: int) -> CleanNetwork:
 
 @cache
 def list_clean_networks() -> tuple[CleanNetwork, ...]:
-    """All of them, made once: that takes a minute."""
+    """Return all of them, made once."""
     return (*list_sheets(), *list_closed_round(), *list_solids(), *list_joined())

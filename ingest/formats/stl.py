@@ -14,7 +14,6 @@ from __future__ import annotations
 import numpy as np
 
 from ingest.formats.meshformat import MeshFormat, refuse_reading
-from ingest.formats.printing import cut_polygons
 from patterndb.core.polygonmesh import PolygonMesh
 
 _HEADER = b"binary STL of patterndb".ljust(80)
@@ -23,10 +22,11 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused
 
 def format_stl(mesh: PolygonMesh) -> bytes:
     """Return the mesh as the bytes of a binary STL file."""
-    triangles = cut_polygons(mesh)
     # Imported here because compiled kernels take a moment that reading need not wait for.
     from patterndb.geometry.points import units
+    from patterndb.geometry.triangulation import cut_faces
 
+    triangles, _ = cut_faces(mesh, fan_quads=False)
     corners = mesh.points[triangles]
     rows = np.zeros(len(corners), _TRIANGLE)
     rows["normal"] = units(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))

@@ -16,7 +16,6 @@ import io
 import zipfile
 
 from ingest.formats.meshformat import MeshFormat, refuse_reading
-from ingest.formats.printing import cut_polygons
 from patterndb.core.polygonmesh import PolygonMesh
 
 _XML = '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -41,7 +40,10 @@ _TIME = (1980, 1, 1, 0, 0, 0)
 
 def format_3mf(mesh: PolygonMesh) -> bytes:
     """Return the mesh as the bytes of a 3MF file."""
-    triangles = cut_polygons(mesh)
+    # Imported here because compiled kernels take a moment that reading need not wait for.
+    from patterndb.geometry.triangulation import cut_faces
+
+    triangles, _ = cut_faces(mesh, fan_quads=False)
     lines = [
         f'{_XML}<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}/core/2015/02">',
         '<resources><object id="1" type="model"><mesh><vertices>',

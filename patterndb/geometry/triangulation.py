@@ -93,16 +93,17 @@ def triangulate_faces(
     return pieces[sound], dropped
 
 
-def cut_faces(mesh: PolygonMesh) -> tuple[Int32Array, NDArray[np.int64]]:
+def cut_faces(mesh: PolygonMesh, *, fan_quads: bool = True) -> tuple[Int32Array, NDArray[np.int64]]:
     """Cut the faces of a mesh into triangles of its vertices, each in the sense of its face.
 
-    Triangles and quads become fans, other faces triangles that cover them once, concave ones too.
+    Faces become triangles that cover them once and have the least area, concave faces too; quads
+    become fans from their first corner, or with ``fan_quads=False`` the same as other faces.
     Returns ((t, 3) vertices, (t,) the faces that they are of, ascending).
     """
     triangles, face = mesh.fans()
     arity = mesh.arities()
     rows = _first_rows(arity)
-    chosen = np.flatnonzero((arity > 4) & (arity <= MOST_EXACT))
+    chosen = np.flatnonzero((arity > (4 if fan_quads else 3)) & (arity <= MOST_EXACT))
     if len(chosen):
         _cut_chosen(mesh.points, mesh.corners, mesh.offsets, rows, chosen, triangles)
     for f in np.flatnonzero(arity > MOST_EXACT).tolist():

@@ -30,6 +30,7 @@ from patterndb.store.database import Database
 from patterndb.store.migrations import SCHEMA_VERSION
 from patterndb.store.records import Mesh
 from patterndb.system.caches import cache_folders, is_trusted, make_trusted
+from patterndb.system.deadline import refuse_if_late
 from patterndb.system.files import replace_file, write_beside
 
 PACKED_NAME = "starter.compact"
@@ -119,6 +120,7 @@ class StarterDatabase(Database):
         for top in np.unique(ids >> 56).tolist():
             for n_sides in self._head.classes:
                 if min(n_sides, MAX_CLASS) == top:
+                    refuse_if_late("the patterns were read")
                     patterns = self.pattern_class(n_sides)
                     order = np.argsort(patterns.ids)
                     held = patterns.ids[order]

@@ -10,7 +10,7 @@ import click
 
 from patterndb.errors import InvalidBoundaryError, TimeLimitError
 from patterndb.system.compiling import read_work_clock
-from patterndb.system.deadline import is_late, limit_time
+from patterndb.system.deadline import is_late, limit_time, refuse_if_late
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
@@ -326,6 +326,8 @@ class KeptFills:
                 self._write(self._obj, one)
             if self._image is not None:
                 if self._sheet is None:
+                    # What draws takes a while to load.
+                    refuse_if_late("a picture was drawn")
                     from patterndb_app.cli.pictures import FillSheet
 
                     self._sheet = FillSheet(

@@ -193,7 +193,7 @@ def test_the_real_one(pytestconfig: pytest.Config) -> None:
     cache = pytestconfig.cache.mkdir("starter")
     name = f"starter-{hashlib.sha256(before).hexdigest()[:16]}-{SCHEMA_VERSION}.db"
     environment = {"HOME": None, "PATTERNDB_CACHE": str(cache)}
-    asked = ("query", "--sides=3,5,4,6", "--limit", 50, "--json")
+    asked = ("query", "--sides=3,5,4,6", "--limit", 50, "--flat", "--json")
     first = program(*asked, environment=environment)
     assert (first.code, first.err) == (0, "")
     assert program("stats", environment=environment).code == 0

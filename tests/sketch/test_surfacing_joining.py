@@ -17,8 +17,9 @@ from patterndb_sketch.surfacing.network import CurveNetwork
 
 SEEDS = st.integers(0, 2**32 - 1)
 
-#: Exact places are this far apart at most, as a share of the drawing's diagonal; see SAME_PLACE.
-EXACT = 6e-6
+#: Exact places move by this at most, as a share of the drawing's diagonal: what is put on a curve
+#: within SAME_PLACE of one holds it as well.
+EXACT = 2e-6
 
 
 def draw_cage(chance: np.random.Generator) -> list[Points]:

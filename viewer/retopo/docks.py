@@ -106,6 +106,7 @@ class RetopoWindow(ShellWindow):
             button.setDefaultAction(self.table.bound[f"tool-{mode.tool}"].action)
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
             grid.addWidget(button, number // COLUMNS, number % COLUMNS)
+            self._last_button = button
         layout.addLayout(grid)
         self.brush = QLabel()
         self.brush.setToolTip("[ and ] make it smaller and larger")
@@ -137,6 +138,7 @@ class RetopoWindow(ShellWindow):
                 if other.gesture == "act" and other.options:
                     self._form.addRow(QLabel(f"<b>{other.title}</b>"))
                     self._add_rows(other)
+            self._order_rows()
         for own, option, row in self._rows:
             value = state.tool.option(own, option)
             if isinstance(row, QComboBox):
@@ -169,6 +171,14 @@ class RetopoWindow(ShellWindow):
             row.setAccessibleName(f"{mode.title}: {option.name}")
             self._rows.append((mode, option, row))
             self._form.addRow(option.name, row)
+
+    def _order_rows(self) -> None:
+        """Put the rows behind the last tool's button in the order of Tab."""
+        # Qt puts new widgets at the end of the window's order, behind those of other docks.
+        before: QWidget = self._last_button
+        for _, _, row in self._rows:
+            QWidget.setTabOrder(before, row)
+            before = row
 
     @property
     def _combos(self) -> list[QComboBox]:

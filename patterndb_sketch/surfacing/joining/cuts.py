@@ -19,15 +19,14 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.surfacing.joining.groups import Groups
 from patterndb_sketch.surfacing.joining.meetings import Joins
-from patterndb_sketch.surfacing.joining.polylines import PackedCurves
+from patterndb_sketch.surfacing.joining.polylines import Groups, PackedCurves
 from patterndb_sketch.surfacing.joining.survey import Survey
 
 #: How firmly a place holds its node; nodes are where they are held most firmly. ENDING, PASSING:
 #: a cut of a curve that ends there, or goes on. SETTLED: of one that is drawn exactly. EXACT: an
-#: exact meeting. FIRM: one where a curve was put.
-ENDING, PASSING, SETTLED, EXACT, FIRM = range(5)
+#: exact meeting. FIRM: one that is no accident. PUT: one where curves were put as they were drawn.
+ENDING, PASSING, SETTLED, EXACT, FIRM, PUT = range(6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,40 +50,40 @@ class CurveCuts:
 class _Sites:
     """Places on curves: both of every join, then both ends of every curve.
 
-    exact, firm: of joins that are so. met: of joins.
+    met: of joins. exact: of joins that are so. holds: how firmly these hold their nodes, else 0.
     """
 
     curves: Int64Array
     lengths: Floats
     met: NDArray[np.bool_]
     exact: NDArray[np.bool_]
-    firm: NDArray[np.bool_]
+    holds: Int64Array
 
 
 def cut_curves(
     curves: PackedCurves,
     fixed: Joins,
-    firm: NDArray[np.bool_],
+    holds: Int64Array,
     loose: Joins,
     survey: Survey,
     exact: float,
 ) -> CurveCuts:
     """Gather the places of joins in nodes, and cut the curves there.
 
-    fixed: joins that are exact, firm (m,) those at which curves were put. loose: the others. exact:
-    what is no further apart is one place.
+    fixed: joins that are exact. holds: (m,) EXACT, FIRM or PUT, how firmly they hold their nodes.
+    loose: the others. exact: what is no further apart is one place.
     """
     n, n_fixed, c = len(fixed) + len(loose), len(fixed), len(curves)
     joins = fixed.append(loose)
     is_fixed = np.arange(n) < n_fixed
-    is_firm = np.r_[firm, np.zeros(len(loose), bool)]
+    both = np.r_[holds, np.zeros(len(loose), np.int64)]
     ends = np.zeros(2 * c, bool)
     sites = _Sites(
         np.r_[joins.curves.T.reshape(-1), np.arange(c), np.arange(c)],
         np.r_[joins.lengths.T.reshape(-1), np.zeros(c), curves.lasts],
         np.r_[np.ones(2 * n, bool), ends],
         np.r_[is_fixed, is_fixed, ends],
-        np.r_[is_firm, is_firm, ends],
+        np.r_[both, both, np.zeros(2 * c, np.int64)],
     )
     order = np.lexsort((sites.lengths, sites.curves))
     number = _number_nodes(sites, order, joins, is_fixed, survey, exact)
@@ -120,7 +119,7 @@ def _number_nodes(
     near = near[np.argsort(gaps[near], kind="stable")]
     pairs = np.r_[label[rest], label[order[near]]], np.r_[label[rest + n], label[order[near + 1]]]
     firm = np.zeros(count, bool)
-    firm[label[sites.firm]] = True
+    firm[label[sites.holds >= FIRM]] = True
     settled: dict[int, set[int]] = {}
     open_to_more = np.isin(label, np.concatenate(pairs))
     for k in np.flatnonzero(survey.settled[sites.curves] & open_to_more).tolist():
@@ -183,7 +182,7 @@ def _cut_runs(
     cut_places = curves.locate(of_run, lengths)
     held = np.r_[
         np.where(settled[of_run], SETTLED, np.where(ending, ENDING, PASSING)),
-        np.where(sites.firm[order], FIRM, EXACT)[exact],
+        sites.holds[order][exact],
     ]
     held_nodes = np.r_[nodes, node[exact]]
     held_places = np.concatenate([cut_places, curves.locate(curve[exact], length[exact])])

@@ -82,12 +82,7 @@ def _insert_places(
     curves: PackedCurves, curve: NDArray[np.int64], length: Floats, exact: float
 ) -> PackedCurves:
     """Give curves a point at every place that has none within ``exact`` along the curve."""
-    nearest = curves.find_vertices(curve, length)
-    wanted = np.flatnonzero(np.abs(curves.along[nearest] - length) > exact)
-    wanted = wanted[np.lexsort((length[wanted], curve[wanted]))]
-    apart = (np.diff(curve[wanted]) > 0) | (np.diff(length[wanted]) > exact)
-    wanted = wanted[np.r_[True, apart][: len(wanted)]]
-    curve, length = curve[wanted], length[wanted]
+    curve, length = curves.select_between_points(curve, length, exact)
     at = curves.find_edges(curve, length) + 1
     points = np.insert(curves.points, at, curves.locate(curve, length), axis=0)
     sizes = np.diff(curves.starts) + np.bincount(curve, minlength=len(curves))

@@ -39,9 +39,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from patterndb_sketch.surfacing.joining.cuts import CurveCuts, cut_curves
+from patterndb_sketch.surfacing.joining.cuts import EXACT, FIRM, PUT, CurveCuts, cut_curves
 from patterndb_sketch.surfacing.joining.duplicates import (
     Stretches,
     carry_cuts_over,
@@ -59,6 +60,7 @@ from patterndb_sketch.surfacing.joining.polylines import (
     as_curve,
     measure_diagonal,
     move_ends,
+    pack_curves,
 )
 from patterndb_sketch.surfacing.joining.sagittas import join_smooth_crossings
 from patterndb_sketch.surfacing.joining.selection import LOOSE, select_joins
@@ -245,12 +247,12 @@ def _join(
 ) -> JoinedCurves:
     diagonal = measure_diagonal(drawn)
     exact = SAME_PLACE * diagonal
+    for line, name in zip(drawn, names, strict=True):
+        if arc_length(line)[-1] == 0.0:
+            raise InvalidNetworkError(f"curve {name!r} has no length next to the others")
     lines, order, turned = order_curves(drawn, ROUNDING * diagonal)
     found = _find_cuts(lines, exact, diagonal, tolerance)
     curves, cuts, survey = found.followed.curves, found.cuts, found.survey
-    for number, last in zip(order, curves.lasts.tolist(), strict=True):
-        if last == 0.0:
-            raise InvalidNetworkError(f"curve {names[number]!r} has no length next to the others")
     left_out: list[list[OmittedPart]] = [[] for _ in drawn]
 
     def leave(curve: int, reason: Reason, length: float, place: Points) -> None:
@@ -395,8 +397,9 @@ def _find_cuts(
     lines: list[Points], exact: float, diagonal: float, tolerance: float | None
 ) -> _FoundCuts:
     """Find where curves meet: exactly, then within a tolerance."""
-    settled, put = find_settled_curves(lines, exact)
-    followed = follow_curves(join_smooth_crossings(lines, exact), exact, diagonal)
+    drawn = pack_curves(lines)
+    settled, put = find_settled_curves(drawn, exact)
+    followed = follow_curves(join_smooth_crossings(drawn, put, exact), exact, diagonal)
     curves, fixed = followed.curves, followed.exact
     if tolerance is None:
         survey = survey_drawing(followed, settled, exact, diagonal)
@@ -408,36 +411,39 @@ def _find_cuts(
     stretches = find_stretches(approaches, survey.ends)
     meant = select_joins(followed, survey, approaches, stretches.curves, exact)
     stretches = find_duplicates(curves, stretches, meant, survey, exact)
-    firm = _is_firm(curves, fixed, survey, stretches, put, exact)
-    kept = firm | ~is_within_duplicate(curves, fixed, stretches, most)
-    fixed, firm = fixed.take(kept), firm[kept]
+    places = drawn.locate(put.curves.reshape(-1), put.lengths.reshape(-1))
+    holds = _rate_exact_joins(curves, fixed, survey, stretches, places, exact)
+    kept = (holds >= FIRM) | ~is_within_duplicate(curves, fixed, stretches, most)
+    fixed, holds = fixed.take(kept), holds[kept]
     meant = meant.take(~is_within_duplicate(curves, meant, stretches, most))
     carried = carry_cuts_over(curves, fixed.append(meant), stretches, most)
-    cuts = cut_curves(curves, fixed, firm, meant.append(carried), survey, exact)
+    cuts = cut_curves(curves, fixed, holds, meant.append(carried), survey, exact)
     return _FoundCuts(followed, survey, cuts, meant.take(meant.gaps > exact))
 
 
-def _is_firm(
+def _rate_exact_joins(
     curves: PackedCurves,
     fixed: Joins,
     survey: Survey,
     duplicates: Stretches,
     put: Points,
     exact: float,
-) -> NDArray[np.bool_]:
-    """Which exact joins are no accident.
+) -> Int64Array:
+    """(m,) how firmly exact joins hold their nodes: PUT, FIRM or EXACT.
 
-    Curves were put there as they were drawn: at one of ``put`` (k, 3). Or an end is there, or both
-    are open and placed exactly at their ends, so that they cross where they are meant to; but where
-    strokes are drawn twice, each of them meets what one of them is meant to.
+    PUT: curves were put there as they were drawn, at one of ``put`` (k, 3). FIRM, no accident: an
+    end is there, or both are open and placed exactly at their ends, so that they cross where they
+    are meant to; but where strokes are drawn twice, each of them meets what one of them is meant
+    to.
     """
     has_end = curves.is_open_end(fixed.curves, fixed.lengths).any(axis=1)
     placed = (survey.placed & ~curves.closed)[fixed.curves].all(axis=1)
     firm = (has_end | placed) & ~is_on_duplicate(fixed, duplicates)
     if len(put) and len(fixed):
         places = curves.locate(fixed.curves[:, 0], fixed.lengths[:, 0])
-        firm |= KDTree(put).query(places, distance_upper_bound=2 * exact)[0] <= 2 * exact
-    return firm
+        at_put = KDTree(put).query(places, distance_upper_bound=2 * exact)[0] <= 2 * exact
+        return np.where(at_put, PUT, np.where(firm, FIRM, EXACT))
+    return np.where(firm, FIRM, EXACT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -97,6 +97,27 @@ def gather_places(points: Points, tolerance: float) -> tuple[Points, NDArray[np.
     return places[order], number[labels[which]]
 
 
+class Groups:
+    """Things 0 to n - 1, each at first a group of its own (union-find)."""
+
+    def __init__(self, n: int) -> None:
+        self._parent = list(range(n))
+
+    def find(self, thing: int) -> int:
+        """Return the group of a thing: the least thing in it."""
+        parent = self._parent
+        while parent[thing] != thing:
+            parent[thing] = parent[parent[thing]]
+            thing = parent[thing]
+        return thing
+
+    def unite(self, one: int, other: int) -> int:
+        """Make one group of the groups of two things, and return it."""
+        first, second = sorted((self.find(one), self.find(other)))
+        self._parent[second] = first
+        return first
+
+
 @dataclass(frozen=True, slots=True)
 class PackedCurves:
     """Polylines in one array.
@@ -115,6 +136,10 @@ class PackedCurves:
 
     def __len__(self) -> int:
         return len(self.lasts)
+
+    def split(self) -> list[Points]:
+        """Return the polylines one by one."""
+        return np.split(self.points, self.starts[1:-1])
 
     def find_edges(self, curves: Int64Array, lengths: Floats) -> Int64Array:
         """(m,) the edge, by the number of its first point, at arc lengths (m,) of curves (m,)."""
@@ -138,6 +163,22 @@ class PackedCurves:
         share = np.clip(share, 0.0, 1.0)[:, None]
         return (1.0 - share) * self.points[edges] + share * self.points[edges + 1]
 
+    def select_between_points(
+        self, curves: Int64Array, lengths: Floats, within: float
+    ) -> tuple[Int64Array, Floats]:
+        """Select arc lengths (m,) of curves (m,) that have no point ``within`` along the curve.
+
+        Returns them by curve and length; of several within ``within`` of each other the first.
+        """
+        between = np.flatnonzero(
+            np.abs(self.along[self.find_vertices(curves, lengths)] - lengths) > within
+        )
+        between = between[np.lexsort((lengths[between], curves[between]))]
+        curves, lengths = curves[between], lengths[between]
+        apart = (np.diff(curves) > 0) | (np.diff(lengths) > within)
+        first = np.r_[True, apart][: len(between)]
+        return curves[first], lengths[first]
+
     def is_open_end(self, curves: Int64Array, lengths: Floats) -> NDArray[np.bool_]:
         """Which places at arc lengths of curves are an end of a curve that is not closed."""
         return ((lengths == 0.0) | (lengths == self.lasts[curves])) & ~self.closed[curves]
@@ -148,9 +189,9 @@ class PackedCurves:
         """Find the arc length, within two of a curve, nearest to a place (3,), and the distance."""
         along = self.along[self.starts[curve] : self.starts[curve + 1]]
         line = self.points[self.starts[curve] : self.starts[curve + 1]]
-        begin = max(int(np.searchsorted(along, within[0], side="right")) - 1, 0)
+        begin = int(np.searchsorted(along, within[0], side="right")) - 1
+        begin = min(max(begin, 0), len(line) - 2)
         end = max(min(int(np.searchsorted(along, within[1])) + 1, len(line)), begin + 2)
-        begin = min(begin, end - 2)
         away, edge, share = find_nearest_on(line[begin:end], place)
         first, last = along[begin + edge], along[begin + edge + 1]
         length = last if share == 1.0 else first + share * (last - first)

@@ -17,12 +17,12 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.surfacing.joining.groups import Groups
-from patterndb_sketch.surfacing.joining.meetings import find_contacts
-from patterndb_sketch.surfacing.joining.polylines import PackedCurves, is_closed, pack_curves
+from patterndb_sketch.surfacing.joining.meetings import Joins, find_contacts
+from patterndb_sketch.surfacing.joining.polylines import Groups, PackedCurves, is_closed
 from patterndb_sketch.surfacing.network import drop_repeats, measure_angles
 from patterndb_sketch.surfacing.sampling import CORNER_ANGLE
 
@@ -59,8 +59,8 @@ class _Place:
     """A place on a polyline.
 
     edge, share: the edge of the curve, and the share of it. length: arc length. vertex: the sample
-    that it is at, -1 if none. given: is it the sample's own place? point: that, or where the
-    guessed curve is.
+    that it is at, -1 if none. given: is it the sample's own place? held: is it one at which curves
+    were put as they were drawn? point: the sample's own place, or where the guessed curve is.
     """
 
     curve: int
@@ -69,22 +69,29 @@ class _Place:
     length: float
     vertex: int
     given: bool
+    held: bool
     point: tuple[float, float, float]
 
 
-def join_smooth_crossings(lines: list[Points], tolerance: float) -> list[Points]:
+def join_smooth_crossings(packed: PackedCurves, put: Joins, tolerance: float) -> list[Points]:
     """Give polylines (k, 3) a point in common where the smooth curves that they stand for meet.
 
-    tolerance: polylines that are no further apart meet as they are, and nothing moves the places
-    where they do. Polylines keep their ends, except those that are moved onto another's.
+    put: where curves were put as they were drawn; nothing moves these places. tolerance: polylines
+    that are no further apart meet as they are. Polylines keep their ends, except those that are
+    moved onto another's.
     """
-    packed = pack_curves(lines)
+    lines = packed.split()
     guessed = guess_curves(packed)
     greatest = 2.0 * EASE * float(guessed.sagitta.max())
     if greatest <= tolerance:
         return lines
     meetings = _find_meetings(packed, guessed, tolerance)
-    places = _list_places(packed, meetings)
+    places = _list_places(packed, meetings, put, tolerance)
+    # What is held at both places is there on purpose, and not here.
+    both = [a.held and b.held for a, b in zip(places[::2], places[1::2], strict=True)]
+    meant = meetings.exact | ~np.array(both, bool)
+    meetings = meetings.take(meant)
+    places = [place for k, place in enumerate(places) if meant[k // 2]]
     wide = ONE_PLACE * guessed.sagitta
     # A closed curve meets itself at its seam, but that is one sample as any other.
     seams = [
@@ -98,11 +105,32 @@ def join_smooth_crossings(lines: list[Points], tolerance: float) -> list[Points]
         groups.setdefault(group, []).append(k)
     moved: dict[int, list[tuple[_Place, Points]]] = {}
     for group in sorted({group_of[2 * k] for k in np.flatnonzero(~meetings.exact).tolist()}):
+        held = [places[k] for k in groups[group] if places[k].held]
         met = [places[k] for k in groups[group] if exact[k // 2]]
-        point = _choose_point(packed, met or [places[k] for k in groups[group]])
+        point = _choose_point(packed, held or met or [places[k] for k in groups[group]])
         for place in dict.fromkeys(places[k] for k in groups[group]):
-            moved.setdefault(place.curve, []).append((place, point))
+            if not place.held:
+                moved.setdefault(place.curve, []).append((place, point))
+    # Edges bend where points are put into them: what is held within one becomes a point before.
+    for place in _list_held_places(packed, put, tolerance):
+        if place.curve in moved:
+            moved[place.curve].append((place, np.array(place.point)))
     return [_insert(line, moved.get(curve, [])) for curve, line in enumerate(lines)]
+
+
+def _list_held_places(packed: PackedCurves, put: Joins, tolerance: float) -> list[_Place]:
+    """List the places between samples at which curves were put."""
+    curves, lengths = packed.select_between_points(
+        put.curves.reshape(-1), put.lengths.reshape(-1), tolerance
+    )
+    edges = packed.find_edges(curves, lengths)
+    shares = (lengths - packed.along[edges]) / (packed.along[edges + 1] - packed.along[edges])
+    columns = curves, edges - packed.starts[curves], shares, lengths, packed.locate(curves, lengths)
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [
+        _Place(curve, edge, share, length, -1, False, True, (x, y, z))
+        for curve, edge, share, length, (x, y, z) in rows
+    ]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +142,12 @@ class _Meetings:
     shares: Floats
     points: Points
     exact: NDArray[np.bool_]
+
+    def take(self, which: NDArray[np.bool_]) -> _Meetings:
+        """Return some of the meetings."""
+        return _Meetings(
+            self.pairs[which], self.shares[which], self.points[which], self.exact[which]
+        )
 
 
 def _find_meetings(packed: PackedCurves, curves: GuessedCurves, tolerance: float) -> _Meetings:
@@ -292,11 +326,21 @@ def _choose_nearest(curves: Int64Array, at: Floats, edges: Floats) -> list[int]:
     return chosen
 
 
-def _list_places(curves: PackedCurves, meetings: _Meetings) -> list[_Place]:
+def _list_places(
+    curves: PackedCurves, meetings: _Meetings, put: Joins, tolerance: float
+) -> list[_Place]:
     """The places of all contacts, two of each: samples where these are near.
 
     The last sample of a closed curve is its first.
     """
+    of_put, lengths_put = put.curves.reshape(-1), put.lengths.reshape(-1)
+    nearest = curves.find_vertices(of_put, lengths_put)
+    nearest = nearest[np.abs(curves.along[nearest] - lengths_put) <= tolerance]
+    held_samples = np.zeros(len(curves.points), bool)
+    held_samples[nearest] = True
+    of_nearest = curves.curve_of[nearest]
+    at_seam = curves.closed[of_nearest] & (nearest == curves.starts[of_nearest + 1] - 1)
+    held_samples[curves.starts[of_nearest[at_seam]]] = True
     edges, shares = meetings.pairs.reshape(-1), meetings.shares.reshape(-1)
     curve = curves.curve_of[edges]
     first, last = curves.starts[curve], curves.starts[curve + 1] - 1
@@ -307,17 +351,20 @@ def _list_places(curves: PackedCurves, meetings: _Meetings) -> list[_Place]:
         own = ~curves.closed[curve] & ((at == first) | (at == last))
         near = away <= np.where(own, AT_PLACE, AT_SAMPLE)
         vertex[near] = np.where(curves.closed[curve] & (at == last), first, at)[near]
-        given = np.where(near, away <= AT_PLACE, given)
+        given = np.where(near, (away <= AT_PLACE) | held_samples[vertex], given)
     size = np.linalg.norm(curves.points[edges + 1] - curves.points[edges], axis=1)
     lengths = np.where(vertex == first, 0.0, curves.along[edges] + shares * size)
     points = np.where(given[:, None], curves.points[vertex], meetings.points.reshape(-1, 3))
-    columns = curve, edges - first, shares, lengths, np.where(vertex < 0, -1, vertex - first), given
+    held = (vertex >= 0) & held_samples[vertex]
+    if len(put):
+        tree = KDTree(curves.locate(of_put, lengths_put))
+        held |= np.repeat(meetings.exact, 2) & (tree.query(points)[0] <= 2.0 * tolerance)
+    samples = np.where(vertex < 0, -1, vertex - first)
+    columns = curve, edges - first, shares, lengths, samples, given, held, points
     rows = zip(*(column.tolist() for column in columns), strict=True)
     return [
-        _Place(curve, edge, share, length, vertex, bool(given), (x, y, z))
-        for (curve, edge, share, length, vertex, given), (x, y, z) in zip(
-            rows, points.tolist(), strict=True
-        )
+        _Place(curve, edge, share, length, sample, given, held, (x, y, z))
+        for curve, edge, share, length, sample, given, held, (x, y, z) in rows
     ]
 
 
@@ -331,13 +378,15 @@ def _group_places(
     """For the places of all contacts, two of each, which of them are one point of the network.
 
     wide: (n,) for every edge how far apart two places on it may be. exact: for every contact, do
-    the polylines meet there as they are? Such places stay apart beyond the tolerance.
+    the polylines meet there as they are? Such places, and those that are held, stay apart beyond
+    the tolerance.
     """
     order = sorted(range(len(places)), key=lambda k: (places[k].curve, places[k].length))
     groups = Groups(len(places))
     for k in range(0, len(places), 2):
         groups.unite(k, k + 1)
-    met = [exact[k // 2] for k in range(len(places))]
+    met = [exact[k // 2] or place.held for k, place in enumerate(places)]
+    met = [met[k] or met[k ^ 1] for k in range(len(places))]
     near: list[tuple[float, int, int]] = []
     for a, b in pairwise(order):
         one, other = places[a], places[b]

@@ -8,7 +8,11 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats
 from patterndb_sketch.surfacing.joining.following import FollowedCurves
 from patterndb_sketch.surfacing.joining.meetings import Joins
-from patterndb_sketch.surfacing.joining.survey import Survey, find_nearest_at_ends
+from patterndb_sketch.surfacing.joining.survey import (
+    Survey,
+    find_nearest_at_ends,
+    is_near_end,
+)
 
 #: Curves may be apart by this share more of what sparse samples leave out, at most twice as far.
 LOOSE = 0.5
@@ -54,8 +58,11 @@ def select_joins(
     allowed = measure_allowance(followed, survey, approaches, exact)
     near = approaches.take(approaches.gaps <= allowed)
     nearest = find_nearest_at_ends(curves, near.append(followed.exact), survey.ends, copies)
-    ends = curves.is_open_end(near.curves, near.lengths)
-    best = nearest[near.curves, (near.lengths > 0.0).astype(np.int64)]
-    needed = ends & (best >= SATISFIED * near.gaps[:, None] - exact)
-    meant = needed.any(axis=1)
-    return near.take(np.where(ends.any(axis=1), meant, True))
+    # An end that goes on too far needs what its curve meets shortly before.
+    needed = ~curves.is_open_end(near.curves, near.lengths).any(axis=1)
+    for side in range(2):
+        curve = near.curves[:, side]
+        ends = is_near_end(curves, curve, near.lengths[:, side], survey.ends)
+        ends &= nearest[curve] >= SATISFIED * near.gaps[:, None] - exact
+        needed |= ends.any(axis=1)
+    return near.take(needed)

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.points import Floats
 from patterndb_sketch.surfacing.joining.following import FollowedCurves
 from patterndb_sketch.surfacing.joining.meetings import Joins, find_joins
-from patterndb_sketch.surfacing.joining.polylines import PackedCurves, pack_curves
+from patterndb_sketch.surfacing.joining.polylines import PackedCurves
 
 #: Curves meet within this share of the diagonal in every drawing, and in none beyond MOST.
 LEAST = 4e-3
@@ -184,13 +184,12 @@ def _goes_on_at(
     return gap <= min(float(reaches[curve]), float(reaches[beside]))
 
 
-def find_settled_curves(lines: list[Points], exact: float) -> tuple[NDArray[np.bool_], Points]:
+def find_settled_curves(curves: PackedCurves, exact: float) -> tuple[NDArray[np.bool_], Joins]:
     """Find which open curves have both ends exactly at others, as they are drawn.
 
-    Returns that (c,), and the places (k, 3) at which curves were put: where one ends exactly at
-    another, or both have a sample.
+    Returns that (c,), and where curves were put: where one ends exactly at another, or both have a
+    sample.
     """
-    curves = pack_curves(lines)
     joins = find_joins(curves, np.full(len(curves), exact))
     other = joins.curves[:, 0] != joins.curves[:, 1]
     ends = np.zeros((2, len(curves)), bool)
@@ -202,8 +201,7 @@ def find_settled_curves(lines: list[Points], exact: float) -> tuple[NDArray[np.b
     vertices = curves.find_vertices(curve, length)
     at_sample = (np.abs(curves.along[vertices] - length) <= exact).reshape(-1, 2).all(axis=1)
     put = at_sample | curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
-    places = curves.locate(curve, length).reshape(-1, 2, 3)[put].reshape(-1, 3)
-    return ends.all(axis=0) & ~curves.closed, places
+    return ends.all(axis=0) & ~curves.closed, joins.take(put)
 
 
 def find_placed_curves(curves: PackedCurves, fixed: Joins) -> NDArray[np.bool_]:
@@ -246,6 +244,16 @@ def measure_end_gaps(curves: PackedCurves, joins: Joins, within: float) -> Float
     return nearest[np.isfinite(nearest)]
 
 
+def is_near_end(
+    curves: PackedCurves, curve: Int64Array, lengths: Floats, within: float
+) -> NDArray[np.bool_]:
+    """(m, 2) are arc lengths within so much of the first and last end of an open curve?"""
+    last = curves.lasts[curve]
+    away = np.stack([lengths, last - lengths], axis=1)
+    near = away <= np.minimum(within, NEAR_END * last)[:, None]
+    return near & ~curves.closed[curve][:, None]
+
+
 def find_nearest_at_ends(
     curves: PackedCurves,
     joins: Joins,
@@ -267,12 +275,11 @@ def find_nearest_at_ends(
         counts = ~np.isin(pair, np.sort(copies, axis=1) @ [len(curves), 1])
     both = curves.is_open_end(joins.curves, joins.lengths).all(axis=1) & (joins.gaps > 0.0)
     for side in range(2):
-        curve, length = joins.curves[:, side], joins.lengths[:, side]
-        last = curves.lasts[curve]
-        near = np.minimum(within, NEAR_END * last)
+        curve = joins.curves[:, side]
+        near = is_near_end(curves, curve, joins.lengths[:, side], within)
         partner = 2 * joins.curves[:, 1 - side] + (joins.lengths[:, 1 - side] > 0)
-        for end, away in enumerate((length, last - length)):
-            which = counts & ~curves.closed[curve] & (away <= near)
+        for end in range(2):
+            which = counts & near[:, end]
             if copies is not None:
                 some = which & both
                 at_ends.append((2 * curve[some] + end, partner[some], joins.gaps[some]))

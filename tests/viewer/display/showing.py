@@ -95,7 +95,10 @@ class Showing:
         """Open a file, whatever is in it, unless its name begins with "bad"."""
         if path.name.startswith("bad"):
             raise PatternDBError(f"{path.name} is no such file")
-        return MAKERS[name](self.settings, path.parent).saver
+        window = MAKERS[name](self.settings, path.parent)
+        # Its clock would take what is new in the state from the window that is shown.
+        window.deleteLater()
+        return window.saver
 
     def _open(self, name: str, folder: Path) -> None:
         more = {"opener": partial(self._open_file, name)} if name in OPENING else {}
