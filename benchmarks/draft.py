@@ -97,7 +97,7 @@ class Row:
     cpu: float
 
 
-def list_edges(faces: Int32Array) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def list_edges(faces: Int32Array) -> tuple[Int32Array, NDArray[np.integer]]:
     """Return (e, 2) the edges of faces (f, n), and how many faces each has."""
     ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
     return np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
@@ -288,7 +288,7 @@ def main() -> None:
                         refused[by] = refused.get(by, 0) + 1
                         print(f"| {path.stem} | {by} | failed |", flush=True)
                         continue
-                    write_mesh(made, found[0], found[1])
+                    write_mesh(made, found[:2])
                     row = measure(ground, *found)
                 print(format_row(path.stem, by, asked, row), flush=True)
                 asked = asked or row.quads

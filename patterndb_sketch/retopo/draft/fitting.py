@@ -338,7 +338,8 @@ class _Fit:
             nodes[number] = replace(nodes[number], point=point, normal=normal)
         chains = dict(network.chains)
         for curve in self.curves:
-            for half, low, high in curve.pieces:
+            # A curve of one piece is as it was: vertices slide on it, and its ends stay.
+            for half, low, high in curve.pieces if len(curve.pieces) > 1 else ():
                 points, normals = curve.piece(low, high)
                 if half & 1:
                     points, normals = points[::-1].copy(), normals[::-1].copy()

@@ -114,7 +114,6 @@ def find_fixed_curves(
     list_along: gives the mesh's vertices along a chain, none where no patch has quads.
     """
     still = {half >> 1 for patch in kept for half in network.patches[patch].loop}
-    held = {n for c in still for n in (network.chains[c].start, network.chains[c].end)}
     fixed = {
         c: chain
         for c, chain in network.chains.items()
@@ -126,8 +125,9 @@ def find_fixed_curves(
         ends.setdefault(chain.end, []).append(2 * c + 1)
     follows: dict[HalfChain, HalfChain] = {}
     for node, halves in ends.items():
-        movable = len(halves) == 2 and node not in held and network.nodes[node].cut
-        if movable and _is_straight(network, *halves):
+        # Where patches are kept, all nodes of curves that stay do, too.
+        joined = len(halves) == 2 and not kept and network.nodes[node].cut
+        if joined and _is_straight(network, *halves):
             one, two = halves
             follows[one ^ 1], follows[two ^ 1] = two, one
     found: list[FixedCurve] = []
