@@ -20,7 +20,12 @@ from patterndb_sketch.retopo.draft.byparts import PartsDraft
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
 from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import DraftTask, ProposedDraft
+from patterndb_sketch.retopo.draft.proposing import (
+    DraftGoal,
+    DraftTask,
+    ProposedDraft,
+    propose_draft,
+)
 from patterndb_sketch.retopo.draft.shapematching import match_squares
 from patterndb_sketch.retopo.draft.sharpedges import (
     AUTOMATIC,
@@ -352,3 +357,15 @@ def test_limits_that_are_named_are_within_what_they_limit(number: float, digits:
 def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> None:
     with pytest.raises(InvalidRetopoError, match='"auto", "none", or a number from 1'):
         Editor(box(1), source).do(Call("draft", {"sharp": sharp}))
+
+
+def test_a_thin_ring_keeps_its_creases_and_every_patch_has_quads(source: PatternSource) -> None:
+    # A quarter of an edge thick: from one vertex to the next paths over the ring cross each other.
+    mesh = trimesh.creation.annulus(0.05, 0.07, 0.005)
+    ground = Ground.of(mesh.vertices, mesh.faces)
+    sizes = replace(Sizes.of(ground.diagonal), edge=0.0141)
+    network = Network(longest=2.0 * ground.diagonal, ground=ground)
+    task = DraftTask(network, ground, sizes, source, goal=DraftGoal(sharp=AUTOMATIC))
+    made = propose_draft(task)
+    assert made.sound and not len(made.poor) and made.report.euler == 0
+    assert made.found.placed.keys() == made.network.patches.keys()
