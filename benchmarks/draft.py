@@ -1,200 +1,307 @@
-"""First drafts of whole surfaces, beside QuadriFlow.
+"""Drafts of whole surfaces next to QuadriFlow and Instant Meshes, at equal numbers of quads.
 
-    python benchmarks/draft.py --shared ../shared [--quadriflow PYTHON] [SURFACE | FILE.obj ...]
+    python benchmarks/draft.py [--quads N | --edge SHARE] [--by draft,quadriflow,...]
+        [--peers PYTHON] [--meshes FOLDER] SURFACE.obj ...
 
-Drafts every surface of a body or creature in the shared folder at the default edge, after one for
-nothing (kernels are compiled, the database unpacked). "irregular" are vertices whose number of
-quads is not 4; "off" the greatest distance of the quads from the surface and of the surface from
-the quads, at samples, in percent of its diagonal; "spirals" the closed strips of quads that pass
-a quad twice, of all closed strips; "s" seconds of drafting by the processor and by the clock.
+Every draft is a whole process, `patterndb retopo SURFACE --draft`, after one that is not counted
+(kernels are compiled, the database unpacked); CPU seconds are user and system time, with the start.
+Peers run in another Python (`--peers`) that has pyQuadriFlow and pyinstantmeshes, which are no
+dependencies; their CPU seconds are of the call alone. With --quads all are asked for as many quads;
+else the draft has edges of a share of the diagonal, and the peers are asked for as many quads as it
+has. --meshes keeps what was made. Prints Markdown, then medians:
 
-With --quadriflow, a Python that has pyQuadriFlow (0.0.4 was used; not a dependency), QuadriFlow
-(Huang et al. 2018) is asked for as many quads as the draft has, in the same run; it counts faces
-in its own way, so that its quads differ by some. Prints Markdown.
+- irregular: vertices with other than 4 quads (2 on a border), per 1,000 quads
+- spread: standard deviation of edge lengths over their mean
+- below .3: quads with a scaled Jacobian below .3, per 1,000; turned: 0 or less
+- Euler: of the mesh, and of the surface
+- to, from: greatest distance from the surface to the quads and back, % of the diagonal, at samples
+- kept: the share of the surface's edges above 40 degrees, by length, that lie within .3 % of the
+  diagonal of an edge of the mesh
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
 import subprocess
 import sys
 import tempfile
-import time
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
-import patterndb
 from ingest.formats import read_mesh
+from patterndb import write_mesh
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
+from patterndb.geometry.quadshape import scaled_jacobian
+from patterndb_sketch.retopo.draft.sharpedges import measure_dihedrals
+from patterndb_sketch.retopo.filling.report import cut_quads
 from patterndb_sketch.retopo.ground import Ground
 
 ROOT = Path(__file__).parents[1]
 
-#: Bodies and creatures; then what is expected to be hard or refused.
-SURFACES = (
-    "spot",
-    "penguin",
-    "hand_closed",
-    "human_man",
-    "koala_low",
-    "goathead",
-    "nefertiti_low",
-    "skull_low",
-    "wingnut",
-    "boot",
-    "plane_holes",
-)
+#: Degrees above which an edge of the surface counts as sharp, and shares of the diagonal: spacing
+#: of samples, and how near an edge of the mesh must be.
+SHARP, SPACING, NEAR = 40.0, 0.002, 0.003
 
-HEAD = (
-    "| surface | by | patches | quads | irregular | flipped | open edges | Euler | off to % | "
-    "off from % | spirals | s cpu | s clock |\n|---|---|" + "---:|" * 11
-)
+#: Samples of a surface for distances.
+SAMPLES = 150_000
 
-#: What the other Python runs: a mesh in, QuadriFlow's quads and its seconds out.
-QUADRIFLOW = """
+METHODS = ("draft", "quadriflow", "quadriflow-sharp", "instant-meshes")
+
+#: What the other Python runs: triangles in, faces and CPU seconds out. Instant Meshes gives quads
+#: as pairs of triangles.
+PEER = """
 import sys, time
 import numpy as np
-from pyQuadriFlow.pyQuadriFlow import pyquadriflow
-given = np.load(sys.argv[1])
-began = time.process_time(), time.perf_counter()
-made = pyquadriflow(
-    int(sys.argv[3]), 0, given["vertices"], given["triangles"], False, False, False, False, False
-)
-seconds = time.process_time() - began[0], time.perf_counter() - began[1]
-np.savez(sys.argv[2], vertices=made["vertices"], quads=made["faces"], seconds=seconds)
+given = np.load(sys.argv[1], allow_pickle=False)
+by, wanted = sys.argv[2], int(sys.argv[3])
+began = time.process_time()
+if by.startswith("quadriflow"):
+    from pyQuadriFlow.pyQuadriFlow import pyquadriflow
+    made = pyquadriflow(wanted, 0, given["vertices"], given["triangles"], by.endswith("sharp"),
+                        False, False, False, False)
+    vertices, faces = made["vertices"], made["faces"]
+else:
+    import pyinstantmeshes
+    vertices, faces = pyinstantmeshes.remesh(
+        given["vertices"].astype(np.float32), given["triangles"].astype(np.int32),
+        target_face_count=max(wanted // 4, 8), align_to_boundaries=True, pure_quad=True,
+        deterministic=True)
+seconds = time.process_time() - began
+vertices = np.asarray(vertices, float)
+np.savez(sys.argv[4], vertices=vertices, faces=np.asarray(faces), seconds=seconds)
 """
 
 
-def count_spirals(quads: Int32Array) -> tuple[int, int]:
-    """The closed strips of quads that pass a quad twice, and all closed strips."""
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
-    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    twin = np.full(len(key), -1)
-    same = np.flatnonzero(key[order][1:] == key[order][:-1])
-    twin[order[same]], twin[order[same + 1]] = order[same + 1], order[same]
-    seen = np.zeros(len(key), bool)
-    spirals = closed = 0
-    for first in range(len(key)):
-        if seen[first]:
-            continue
-        strip: list[int] = []
-        side = first
-        while side >= 0 and not seen[side]:
-            # Into the quad by one side, out by the opposite one.
-            out = 4 * (side // 4) + (side + 2) % 4
-            seen[side] = seen[out] = True
-            strip.append(side // 4)
-            side = int(twin[out])
-        if side == first:
-            closed += 1
-            spirals += len(set(strip)) < len(strip)
-    return spirals, closed
+@dataclass(frozen=True, slots=True)
+class Row:
+    """The measures of one mesh; see the module."""
+
+    quads: int
+    irregular: float
+    spread: float
+    below: float
+    turned: int
+    open: int
+    euler: int
+    euler_surface: int
+    to: float
+    back: float
+    kept: float
+    cpu: float
 
 
-def format_row(
-    name: str,
-    by: str,
-    patches: str,
-    vertices: Points,
-    quads: Int32Array,
-    flipped: str,
-    seconds: tuple[float, float],
-    ground: Ground,
-) -> str:
-    """The table's row of a mesh of quads."""
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
-    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
-    edges, uses = np.unique(key, return_counts=True)
+def list_edges(faces: Int32Array) -> tuple[Int32Array, NDArray[np.integer]]:
+    """Return (e, 2) the edges of faces (f, n), and how many faces each has."""
+    ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
+    return np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+
+
+def count_euler(faces: Int32Array) -> int:
+    """Return V - E + F."""
+    return len(np.unique(faces)) - len(list_edges(faces)[0]) + len(faces)
+
+
+def sample_triangles(corners: Points, n: int, seed: int) -> Points:
+    """Return (n, 3) random points on triangles (t, 3, 3), by area."""
+    rng = np.random.default_rng(seed)
+    area = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    chosen = corners[rng.choice(len(corners), n, p=area / area.sum())]
+    share = rng.random((n, 2, 1))
+    share = np.where(share.sum(axis=1, keepdims=True) > 1.0, 1.0 - share, share)
+    first = chosen[:, 0]
+    return first + share[:, 0] * (chosen[:, 1] - first) + share[:, 1] * (chosen[:, 2] - first)
+
+
+def sample_edges(ends: Points, spacing: float) -> tuple[Points, NDArray[np.float64]]:
+    """Return points along edges (e, 2, 3), and the length that each stands for."""
+    length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    parts = np.maximum(np.ceil(length / spacing), 1).astype(int)
+    edge = np.repeat(np.arange(len(ends)), parts)
+    share = np.concatenate([(np.arange(n) + 0.5) / n for n in parts.tolist()] or [np.empty(0)])
+    points = ends[edge, 0] + share[:, None] * (ends[edge, 1] - ends[edge, 0])
+    return points, (length / parts)[edge]
+
+
+def measure(ground: Ground, vertices: Points, quads: Int32Array, cpu: float) -> Row:
+    """Measure a mesh of quads on a surface."""
+    diagonal = ground.diagonal
+    edges, uses = list_edges(quads)
+    length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    shape = scaled_jacobian(quads, vertices)
     valence = np.bincount(quads.ravel(), minlength=len(vertices))
-    border = np.zeros(len(vertices), bool)
-    lone = edges[uses == 1]
-    border[lone >> 32] = border[lone & 0xFFFFFFFF] = True
-    irregular = int(((valence != np.where(border, 2, 4)) & (valence > 0)).sum())
-    euler = int((valence > 0).sum()) - len(edges) + len(quads)
-    to, back = hausdorff(vertices, quads, ground)
-    spirals, closed = count_spirals(quads)
-    cells = (
+    border = np.zeros(len(vertices), np.bool_)
+    border[edges[uses == 1]] = True
+    # A border vertex with one quad is a corner.
+    odd = (valence != np.where(border, 2, 4)) & (valence > 0) & ~(border & (valence == 1))
+    given = ground.vertices[ground.triangles]
+    made = vertices[cut_quads(vertices, quads)]
+    to = KDTree(sample_triangles(made, SAMPLES, 0)).query(sample_triangles(given, SAMPLES // 5, 1))
+    back = KDTree(sample_triangles(given, SAMPLES, 2)).query(
+        sample_triangles(made, SAMPLES // 5, 3)
+    )
+    ends, angle = measure_dihedrals(ground)
+    sharp, weight = sample_edges(ground.vertices[ends[angle > SHARP]], SPACING * diagonal)
+    kept = float("nan")
+    if len(sharp):
+        near, _ = sample_edges(vertices[edges], 0.2 * SPACING * diagonal)
+        off, _ = KDTree(near).query(sharp)
+        kept = float(weight[off < NEAR * diagonal].sum() / weight.sum())
+    per = 1000.0 / len(quads)
+    return Row(
+        quads=len(quads),
+        irregular=per * int(odd.sum()),
+        spread=float(length.std() / length.mean()),
+        below=per * int((shape < 0.3).sum()),
+        turned=int((shape <= 0.0).sum()),
+        open=int((uses == 1).sum()),
+        euler=count_euler(quads),
+        euler_surface=count_euler(ground.triangles),
+        to=100.0 * float(to[0].max()) / diagonal,
+        back=100.0 * float(back[0].max()) / diagonal,
+        kept=kept,
+        cpu=cpu,
+    )
+
+
+def run(command: Sequence[str]) -> tuple[subprocess.CompletedProcess[str], float]:
+    """Run a command; return it, and its CPU seconds."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return done, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+
+def make_draft(path: Path, size: Sequence[str], made: Path) -> tuple[float, str]:
+    """Draft a surface into a file; return the CPU seconds, and what was reported."""
+    command = [sys.executable, "-m", "patterndb", "retopo", str(path), "--draft", *size]
+    done, cpu = run([*command, "-o", str(made)])
+    lines = [line for line in done.stderr.splitlines() if not line.startswith("compil")]
+    return cpu, "; ".join(line for line in lines if line.startswith(("draft:", "patterndb:")))
+
+
+def run_peer(
+    python: str, by: str, ground: Ground, wanted: int, folder: Path
+) -> tuple[Points, Int32Array, float] | None:
+    """Return a peer's vertices, quads and CPU seconds; None where it fails."""
+    given, made = folder / "given.npz", folder / "made.npz"
+    made.unlink(missing_ok=True)
+    np.savez(given, vertices=ground.vertices, triangles=ground.triangles)
+    run([python, "-c", PEER, str(given), by, str(wanted), str(made)])
+    if not made.exists():
+        return None
+    with np.load(made, allow_pickle=False) as found:
+        faces = found["faces"].astype(np.int32)
+        quads = join_triangles(faces) if faces.shape[1] == 3 else faces
+        whole = (np.diff(np.sort(quads, axis=1), axis=1) > 0).all(axis=1)
+        return found["vertices"], quads[whole], float(found["seconds"])
+
+
+def join_triangles(triangles: Int32Array) -> Int32Array:
+    """Return the quads that triangles 2 k and 2 k + 1 make."""
+    quads: list[list[int]] = []
+    for one, two in zip(triangles[0::2].tolist(), triangles[1::2].tolist(), strict=True):
+        for k in range(3):
+            tail, head = one[k], one[(k + 1) % 3]
+            if tail in two and head in two:
+                other = next(v for v in two if v not in (tail, head))
+                quads.append([one[(k + 2) % 3], tail, other, head])
+                break
+    return np.array(quads, np.int32).reshape(-1, 4)
+
+
+def format_row(name: str, by: str, asked: int | None, row: Row) -> str:
+    """Format the table's row of a mesh."""
+    cells = [
         name,
         by,
-        patches,
-        f"{len(quads):,}",
-        f"{irregular}",
-        flipped,
-        f"{len(lone)}",
-        f"{euler}",
-        f"{100 * to:.2f}",
-        f"{100 * back:.2f}",
-        f"{spirals} of {closed}",
-        f"{seconds[0]:.1f}",
-        f"{seconds[1]:.1f}",
-    )
+        "" if asked is None else f"{asked:,}",
+        f"{row.quads:,}",
+        f"{row.irregular:.1f}",
+        f"{row.spread:.2f}",
+        f"{row.below:.1f}",
+        f"{row.turned}",
+        f"{row.open}",
+        f"{row.euler} ({row.euler_surface})",
+        f"{row.to:.2f}",
+        f"{row.back:.2f}",
+        "" if np.isnan(row.kept) else f"{row.kept:.3f}",
+        f"{row.cpu:.1f}",
+    ]
     return "| " + " | ".join(cells) + " |"
 
 
-def run_quadriflow(
-    python: str, ground: Ground, faces: int
-) -> tuple[Points, Int32Array, tuple[float, float]]:
-    """QuadriFlow's mesh with about so many quads, and its seconds by processor and by clock."""
-    with tempfile.TemporaryDirectory() as folder:
-        given, made = Path(folder) / "in.npz", Path(folder) / "out.npz"
-        np.savez(given, vertices=ground.vertices, triangles=ground.triangles)
-        command = [python, "-c", QUADRIFLOW, str(given), str(made), str(faces)]
-        subprocess.run(command, check=True, capture_output=True)
-        found = np.load(made, allow_pickle=False)
-        cpu, clock = found["seconds"].tolist()
-        return found["vertices"].astype(float), found["quads"].astype(np.int32), (cpu, clock)
+HEAD = (
+    "| surface | by | asked | quads | irregular | spread | below .3 | turned | open | Euler | to | "
+    "from | kept | CPU s |\n|---|---|" + "---:|" * 12
+)
 
 
 def main() -> None:
-    """Draft all surfaces that are named, and print the table."""
+    """Mesh all surfaces by all methods, and print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
-    parser.add_argument("--quadriflow", metavar="PYTHON", help="a Python that has pyQuadriFlow")
-    parser.add_argument("surfaces", nargs="*", default=SURFACES)
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument("--quads", type=int, help="how many quads all are asked for")
+    size.add_argument("--edge", type=float, default=0.03, help="share of the diagonal")
+    parser.add_argument("--by", default="draft", help=f"of {','.join(METHODS)}")
+    parser.add_argument("--peers", default=sys.executable, metavar="PYTHON")
+    parser.add_argument("--meshes", type=Path, metavar="FOLDER", help="where meshes are kept")
+    parser.add_argument("--sharp", default="auto", help="as of patterndb retopo")
+    parser.add_argument("surfaces", nargs="+", type=Path)
     options = parser.parse_args()
-    with patterndb.open() as database:
-        warm = Ground.of_polygons(read_mesh(ROOT / "examples" / "dog.obj"))
-        Editor(warm, database).do(Call("draft"))
-        print(HEAD)
-        for name in options.surfaces:
-            path = options.shared / "data" / "surfaces" / f"{name}.obj"
-            if name.endswith(".obj"):
-                path, name = Path(name), Path(name).stem
-            if not path.is_file():
-                print(f"{name}: {path} is not there", file=sys.stderr)
-                continue
+    rows: dict[str, list[Row]] = {}
+    refused: dict[str, int] = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = options.meshes or Path(temporary)
+        folder.mkdir(parents=True, exist_ok=True)
+        warm = ["--edge", "6", "--sharp", options.sharp]
+        make_draft(ROOT / "examples" / "dog.obj", warm, Path(temporary) / "warm.obj")
+        print(HEAD, flush=True)
+        for path in options.surfaces:
             ground = Ground.of_polygons(read_mesh(path))
-            editor = Editor(ground, database)
-            began = time.process_time(), time.perf_counter()
-            outcome = editor.do(Call("draft"))
-            seconds = time.process_time() - began[0], time.perf_counter() - began[1]
-            if outcome.refused is not None:
-                print(f"| {name} | refused in {seconds[1]:.1f} s: {outcome.refused} |" + " |" * 11)
-                continue
-            for note in outcome.notes:
-                print(f"{name}: {note}", file=sys.stderr)
-            found = editor.fill()
-            mesh = editor.mesh(found)
-            made = report_mesh(found, ground, mesh)
-            flipped = made.flipped * (2 if editor.state.plane is not None else 1)
-            patches = f"{sum(made.patches.values())}"
-            print(
-                format_row(
-                    name, "draft", patches, mesh.vertices, mesh.quads, f"{flipped}", seconds, ground
-                ),
-                flush=True,
-            )
-            if options.quadriflow:
-                vertices, quads, spent = run_quadriflow(options.quadriflow, ground, len(mesh.quads))
-                print(
-                    format_row(name, "QuadriFlow", "", vertices, quads, "", spent, ground),
-                    flush=True,
-                )
+            asked = options.quads
+            for by in options.by.split(","):
+                made = folder / f"{path.stem}.{by}.obj"
+                made.unlink(missing_ok=True)
+                if by == "draft":
+                    wish = ["--quads", str(asked)] if asked else []
+                    wish = wish or ["--edge", f"{options.edge * ground.diagonal:.6g}"]
+                    cpu, said = make_draft(path, [*wish, "--sharp", options.sharp], made)
+                    print(f"{path.stem}: {said}", file=sys.stderr, flush=True)
+                    if not made.exists():
+                        refused[by] = refused.get(by, 0) + 1
+                        print(f"| {path.stem} | {by} | refused, {cpu:.1f} s |", flush=True)
+                        continue
+                    mesh = read_mesh(made)
+                    row = measure(ground, mesh.points, mesh.quads()[0], cpu)
+                else:
+                    found = run_peer(options.peers, by, ground, asked or 1200, folder)
+                    if found is None:
+                        refused[by] = refused.get(by, 0) + 1
+                        print(f"| {path.stem} | {by} | failed |", flush=True)
+                        continue
+                    write_mesh(made, found[:2])
+                    row = measure(ground, *found)
+                print(format_row(path.stem, by, asked, row), flush=True)
+                asked = asked or row.quads
+                rows.setdefault(by, []).append(row)
+    for by, own in rows.items():
+        right = sum(row.euler == row.euler_surface for row in own)
+        said = [f"{len(own)} done, {refused.get(by, 0)} not, Euler number right {right}"]
+        for field in fields(Row):
+            if field.name in ("irregular", "spread", "below", "to", "back", "kept", "cpu"):
+                values = np.array([getattr(row, field.name) for row in own])
+                if not np.isnan(values).all():
+                    said.append(f"{field.name} {np.nanmedian(values):.3g}")
+        print(f"\n{by}: {'; '.join(said)} (medians)")
 
 
 if __name__ == "__main__":

@@ -44,6 +44,7 @@ from patterndb_sketch.retopo.arguments import (
     PointList,
     Vector,
     Word,
+    WordOrNumber,
 )
 from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
@@ -145,14 +146,18 @@ class Caller:
             return bool(rng.random() < 0.5)
         if isinstance(kind, Word):
             return str(rng.choice(kind.words))
+        if isinstance(kind, WordOrNumber):
+            if rng.random() < 0.8:
+                return str(rng.choice(kind.words))
+            kind = kind.number
         if isinstance(kind, PointList):
             return self.stroke(tool).tolist()
         if isinstance(kind, Vector):
             return (rng.normal(size=3) if kind.direction else self.place()).tolist()
         assert isinstance(kind, Number)
         if kind.whole:
-            low, high = int(max(kind.low, -3)), int(min(kind.high, 12))
-            return int(rng.integers(low, high + 1))
+            low = int(max(kind.low, -3))
+            return int(rng.integers(low, int(min(kind.high, low + 15)) + 1))
         if np.isfinite([kind.low, kind.high]).all():
             return float(rng.uniform(kind.low, kind.high))
         return float(self.editor.ground.diagonal * np.exp(rng.uniform(np.log(0.005), np.log(0.3))))

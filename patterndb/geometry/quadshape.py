@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
-from patterndb.geometry.points import Points, units
+from patterndb.geometry.points import Floats, Points, units
 from patterndb.system.kernels import kernel
 
 #: A boundary this near to its plane, as a part of its diagonal, is planar: below it, files of
@@ -113,6 +113,34 @@ def flipped(quads: Int32Array, vertices: Points, normals: Points) -> NDArray[np.
     longest = (leaving**2).sum(axis=2).max(axis=1, initial=0.0)
     positive = area > NO_AREA * longest[:, None]
     return ~((positive[:, 0] & positive[:, 2]) | (positive[:, 1] & positive[:, 3]))
+
+
+def scaled_jacobian(quads: NDArray[np.integer], vertices: Points) -> Floats:
+    """Return (q,) the scaled Jacobian of quads: 1 for a rectangle, 0 or less for a turned corner.
+
+    Parameters
+    ----------
+    quads : (q, 4) int
+        Vertices of each quad, in order.
+    vertices : (v, 3) float64
+        Places of the vertices.
+
+    Returns
+    -------
+    (q,) float64
+        The least over a quad's corners of the sine of the angle there, seen along the quad's own
+        normal, the cross product of its diagonals.
+
+    References
+    ----------
+    Knupp, "Algebraic mesh quality metrics for unstructured initial meshes", Finite Elements in
+    Analysis and Design 39, 2003.
+    """
+    corner = vertices[quads]
+    normal = units(np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]))
+    side = units((np.roll(corner, -1, axis=1) - corner).reshape(-1, 3)).reshape(-1, 4, 3)
+    sine = np.einsum("qec,qc->qe", np.cross(np.roll(side, 1, axis=1), side), normal)
+    return sine.min(axis=1, initial=1.0)
 
 
 def find_turned_corners(quads: NDArray[np.integer], vertices: Points) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,10 +15,12 @@ from patterndb.system.files import open_regular
 from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.options import (
     OBJ,
+    Count,
     DatabaseChoice,
     FileName,
     FileToWrite,
     MeshName,
+    ParamType,
     as_json,
     dbs_to_read,
     may_overwrite,
@@ -40,6 +43,26 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
+class SharpAngle(ParamType):
+    """Which edges are sharp: "auto", "none", or a dihedral angle in degrees."""
+
+    name = "sharp"
+
+    def convert(
+        self, value: object, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | float:
+        """Return the word, or the angle."""
+        if value in ("auto", "none"):
+            return str(value)
+        try:
+            angle = float(str(value))
+        except ValueError:
+            angle = 0.0
+        if not 1.0 <= angle <= 179.0:
+            self.fail(f"{value!r}: give auto, none, or an angle from 1 to 179 degrees", param, ctx)
+        return angle
+
+
 class RetopoCommand(SectionedCommand):
     """The verb, whose help lists the tools of a script."""
 
@@ -55,15 +78,8 @@ class RetopoCommand(SectionedCommand):
 @click.command(
     cls=RetopoCommand,
     sections={
-        "Input": (
-            "--script",
-            "--lenient",
-            "--session",
-            "--from-quads",
-            "--draft",
-            "--edge",
-            "--db",
-        ),
+        "Input": ("--script", "--lenient", "--session", "--from-quads", "--db"),
+        "Draft": ("--draft", "--edge", "--quads", "--sharp", "--strict"),
         "Output": (
             "-o",
             "--record",
@@ -115,6 +131,25 @@ class RetopoCommand(SectionedCommand):
     help="Target length of the draft's edges, in its unit.  [default: 3 % of the diagonal]",
 )
 @click.option(
+    "--quads",
+    type=Count(20, 200_000),
+    metavar="N",
+    help="About how many quads the draft is to have, in place of --edge.",
+)
+@click.option(
+    "--sharp",
+    type=SharpAngle(),
+    metavar="auto|ANGLE|none",
+    help="Keep sharp edges in the draft: those that stand out, all whose triangles meet at more "
+    "than ANGLE degrees, or none.  [default: auto]",
+)
+@click.option(
+    "--strict",
+    is_flag=True,
+    help="Refuse the draft where a part of SURFACE cannot be drafted well. By default such parts "
+    "are left open, or drafted as well as possible, and reported.",
+)
+@click.option(
     "--view",
     is_flag=True,
     callback=require_viewer,
@@ -147,6 +182,9 @@ def retopo(
     from_quads: bool,
     draft: bool,
     edge: float | None,
+    quads: int | None,
+    sharp: str | float | None,
+    strict: bool,
     view: bool,
     record: Path | None,
     lenient: bool,
@@ -182,6 +220,7 @@ def retopo(
 
     \b
     patterndb retopo spot.obj --draft -o spot-draft.obj
+    patterndb retopo part.obj --draft --quads 1500 -o part-draft.obj
     patterndb retopo spot.obj --session spot.retopo
     patterndb retopo --script spot.jsonl -o spot-quads.obj
     patterndb retopo --script legs.jsonl --session spot.retopo --picture legs.png
@@ -191,7 +230,8 @@ def retopo(
     """
     asked = RetopoRequest(surface, script, session, from_quads)
     asked.check()
-    check_draft(asked, draft, edge)
+    wishes = {"edge": edge, "quads": quads, "sharp": sharp, "strict": strict or None}
+    check_draft(asked, draft, wishes)
     nothing_else = script is None and output is None and picture is None and not as_json
     nothing_else = nothing_else and not (draft and session is not None)
     view = view or nothing_else
@@ -239,7 +279,7 @@ def retopo(
         if start.ground.turned:
             say(f"{plural(start.ground.turned, 'triangle')} turned over, to face as all others do")
         began = read_work_clock()
-        drafted = [_make_draft(editor, edge)] if draft else []
+        drafted = [_make_draft(editor, wishes)] if draft else []
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
@@ -312,13 +352,13 @@ def _read_sides(sides: str | None, picture: Path | None) -> tuple[str, ...]:
     return found
 
 
-def _make_draft(editor: Editor, edge: float | None) -> ScriptLine:
+def _make_draft(editor: Editor, wishes: Mapping[str, object]) -> ScriptLine:
     """Call the tool; write its notes to stderr, and return the script's line that does the same."""
     from patterndb_sketch.retopo.editor import Call
     from patterndb_sketch.retopo.errors import RefusedError
     from patterndb_sketch.retopo.script import ScriptLine
 
-    call = Call("draft", {} if edge is None else {"edge": edge})
+    call = Call("draft", {name: value for name, value in wishes.items() if value is not None})
     outcome = editor.do(call)
     if outcome.refused is not None:
         raise RefusedError(f"--draft: {outcome.refused}")
@@ -438,10 +478,13 @@ class RetopoRequest:
             raise click.UsageError(f"nothing to draw on: give a SURFACE or a --script; {there}")
 
 
-def check_draft(asked: RetopoRequest, draft: bool, edge: float | None) -> None:
+def check_draft(asked: RetopoRequest, draft: bool, wishes: Mapping[str, object]) -> None:
     """Raise UsageError where a draft does not go together with the rest."""
-    if edge is not None and not draft:
-        raise click.UsageError("--edge is the length of a draft's edges; give --draft, too")
+    for name, value in wishes.items():
+        if value is not None and not draft:
+            raise click.UsageError(f"--{name} is an option of drafts; give --draft, too")
+    if wishes["edge"] is not None and wishes["quads"] is not None:
+        raise click.UsageError("--edge and --quads both say how fine a draft is; give one of them")
     if draft and asked.quads:
         raise click.UsageError("--from-quads gives patches all over; leave --draft out")
 

@@ -75,6 +75,29 @@ class Word:
 
 
 @dataclass(frozen=True, slots=True)
+class WordOrNumber:
+    """One of some words, or a number."""
+
+    words: tuple[str, ...]
+    number: Number
+
+    @property
+    def wanted(self) -> str:
+        return ", ".join(f'"{word}"' for word in self.words) + f", or {self.number.wanted}"
+
+    def read(self, name: str, value: object) -> str | float | int:
+        if isinstance(value, str):
+            if value in self.words:
+                return value
+        else:
+            try:
+                return self.number.read(name, value)
+            except InvalidRetopoError:
+                pass
+        raise InvalidRetopoError(f"{name} is {_shorten_repr(value)}; give {self.wanted}")
+
+
+@dataclass(frozen=True, slots=True)
 class Flag:
     """true or false."""
 

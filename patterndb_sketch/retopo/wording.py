@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 
 import numpy as np
 
@@ -10,6 +11,21 @@ from patterndb.geometry.points import Points
 
 #: Places that a note names; of more it says how many there are.
 MOST_PLACES = 3
+
+
+def round_down(number: float, digits: int = 3) -> float:
+    """Return a positive number with so many digits, not above it: a limit that may be typed."""
+    return _round(number, digits, ROUND_FLOOR)
+
+
+def round_up(number: float, digits: int = 3) -> float:
+    """Return a positive number with so many digits, not below it: a limit that may be typed."""
+    return _round(number, digits, ROUND_CEILING)
+
+
+def _round(number: float, digits: int, way: str) -> float:
+    exact = Decimal(number)
+    return float(exact.quantize(Decimal(1).scaleb(exact.adjusted() + 1 - digits), rounding=way))
 
 
 def format_place(point: Points | Sequence[float]) -> str:

@@ -15,6 +15,7 @@ from patterndb_app.cli.options import AXES
 from patterndb_sketch.features.registration import register
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.retopo.sizes import EDGE
+from patterndb_sketch.retopo.tools.draft import DRAFT
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD
 from patterndb_sketch.surfacing.surfaces import Settings
 
@@ -41,6 +42,7 @@ USED = {
     ("surface", "tolerance"): "what follows from the drawing",
     ("surface", "up"): "y",
     ("retopo", "sides"): "home",
+    ("retopo", "sharp"): DRAFT.arguments["sharp"].default,
     ("retopo", "edge"): f"{100.0 * EDGE:g} % of the diagonal",
 }
 

@@ -26,7 +26,12 @@ from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft, check_ground
+from patterndb_sketch.retopo.draft.proposing import (
+    DraftBudget,
+    DraftTask,
+    ProposedDraft,
+    check_ground,
+)
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -51,7 +56,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
+from patterndb_sketch.retopo.symmetry import Plane, cut_half
 from patterndb_sketch.retopo.tool import ToolWork
 from patterndb_sketch.retopo.tools import draft
 from patterndb_sketch.retopo.wording import format_place
@@ -253,7 +258,14 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
         assert outcome.refused is not None and editor.state is before
         return outcome.refused
 
-    assert "out of proportion" in refused(sphere(), edge=3.0)
+    said = refused(sphere(), edge=3.0)
+    assert "out of proportion" in said
+    # An edge of the lengths that it names is not.
+    low, high = re.findall(r"from (\S+) to (\S+)$", said)[0]
+    ground = sphere()
+    work = Editor(ground, source)
+    for edge in (float(low), float(high)):
+        draft._read_goal(work, {"edge": edge, "quads": None, "sharp": "none"})  # type: ignore[arg-type]
 
 
 def touching_balls(pinch: int) -> Ground:
@@ -391,7 +403,8 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
 
     monkeypatch.setattr(proposing, "fill_network", fail)
     lace = ring(1.0, 0.04)
-    outcome = Editor(lace, source).do(Call("draft", {"edge": 0.15, "symmetry": False}))
+    wish = {"edge": 0.15, "symmetry": False, "strict": True}
+    outcome = Editor(lace, source).do(Call("draft", wish))
     assert outcome.refused is not None
     wanted = r"a handle .* is ([\d.]+) around at \((.*?)\), .*an edge of ([\d.]+)"
     found = re.search(wanted, outcome.refused)
@@ -401,7 +414,7 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
     assert np.hypot(x, y) == pytest.approx(1.0, abs=0.05) and abs(z) < 0.05
     # With the edge that it names it is not refused so any more.
     with pytest.raises(AssertionError, match="it was filled"):
-        Editor(lace, source).do(Call("draft", {"edge": 0.9 * float(found[3]), "symmetry": False}))
+        Editor(lace, source).do(Call("draft", {"edge": float(found[3]), "symmetry": False}))
 
 
 def boxes_at_an_edge(apart: bool) -> Ground:
@@ -462,23 +475,20 @@ def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> 
 
 
 @pytest.mark.parametrize("first", ["flipped", "refused"])
-@pytest.mark.parametrize("mended", [True, False])
-def test_where_an_edge_will_not_do_others_are_taken_or_it_is_refused_with_the_place(
-    first: str, mended: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(("mended", "strict"), [(True, True), (False, True), (False, False)])
+def test_where_an_edge_will_not_do_others_are_taken_or_the_place_is_named(
+    first: str,
+    mended: bool,
+    strict: bool,
+    source: PatternSource,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     tried: list[float] = []
     propose = byparts.propose_draft
 
-    def spoil(
-        network: Network,
-        ground: Ground,
-        sizes: Sizes,
-        source: PatternSource,
-        half: Half | None,
-        *more: Any,
-    ) -> ProposedDraft:
-        made = propose(network, ground, sizes, source, half, *more)
-        tried.append(sizes.edge)
+    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+        made = propose(task, *more)
+        tried.append(task.sizes.edge)
         if mended and len(tried) == 3:
             return made
         if first == "refused" and len(tried) == 1:
@@ -488,13 +498,15 @@ def test_where_an_edge_will_not_do_others_are_taken_or_it_is_refused_with_the_pl
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
     editor = Editor(sphere(), source)
-    outcome = editor.do(Call("draft", {"edge": 0.3, "symmetry": False}))
+    outcome = editor.do(Call("draft", {"edge": 0.3, "symmetry": False, "strict": strict}))
     np.testing.assert_allclose(tried, [0.3, 0.225, 0.39])
     if mended:
         assert outcome.changed and editor.sizes.edge == 0.3
         assert any(
             "1.3 times" in note and "a flipped quad at (1, 2, 3)" in note for note in outcome.notes
         )
+    elif not strict:
+        assert outcome.changed and "a flipped quad at (1, 2, 3)" in outcome.notes
     else:
         assert outcome.refused is not None and not editor.network.chains
         assert "a flipped quad at (1, 2, 3), by all that was tried" in outcome.refused
@@ -505,8 +517,10 @@ def count_tries(monkeypatch: pytest.MonkeyPatch, spoilt: int) -> list[int]:
     tried: list[int] = []
     of = ProposedDraft.of
 
-    def spoil(found: FilledNetwork, judge: DraftJudge) -> ProposedDraft:
-        made = of(found, judge)
+    def spoil(
+        found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()
+    ) -> ProposedDraft:
+        made = of(found, judge, notes)
         tried.append(made.report.quads)
         if len(tried) > spoilt:
             return made
@@ -525,9 +539,8 @@ def test_when_many_quads_were_made_in_vain_nothing_else_is_tried(
     ground = bean()
     network = Network(longest=2.0 * ground.diagonal, ground=ground)
     sizes = replace(Sizes.of(ground.diagonal), edge=0.08 * ground.diagonal)
-    made = byparts.propose_by_parts(
-        network, ground, sizes, source, None, byparts.EDGES, most_in_vain=most
-    ).made
+    task = DraftTask(network, ground, sizes, source, budget=DraftBudget(most))
+    made = byparts.propose_by_parts(task, byparts.EDGES).made
     assert not made.sound
     # Of one edge there are settings whose fields differ, and there are three edges.
     assert (len(tried) == 1) == (most == 0.0)
@@ -545,15 +558,15 @@ def test_an_unsound_part_ends_the_draft_of_all(
     parts: list[int] = []
     propose = byparts.propose_draft
 
-    def spoil(*given: Any) -> ProposedDraft:
-        made = propose(*given)
-        parts.append(len(given[1].triangles))
+    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+        made = propose(task, *more)
+        parts.append(len(task.ground.triangles))
         rank = (*made.rank[:2], 2.0, *made.rank[3:])
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
     editor = Editor(ground, source)
-    outcome = editor.do(Call("draft", {"edge": 0.6, "symmetry": False}))
+    outcome = editor.do(Call("draft", {"edge": 0.6, "symmetry": False, "strict": True}))
     assert outcome.refused is not None and "a flipped quad at (1, 2, 3)" in outcome.refused
     # The first part, by its three edges; the others never.
     assert len(parts) == len(byparts.EDGES)

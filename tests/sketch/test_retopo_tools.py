@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import json
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from patterndb_sketch.retopo.arguments import (
     PointList,
     Vector,
     Word,
+    WordOrNumber,
 )
 from patterndb_sketch.retopo.editor import TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
@@ -143,6 +145,8 @@ def values(argument: Argument) -> tuple[object, ...]:
         return LINES
     if isinstance(kind, Word):
         return kind.words
+    if isinstance(kind, WordOrNumber):
+        return (*kind.words, *values(replace(argument, kind=kind.number)))
     if isinstance(kind, Flag):
         return (True, False)
     assert isinstance(kind, Number)

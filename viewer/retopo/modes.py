@@ -19,6 +19,7 @@ from patterndb_sketch.retopo.arguments import (
     PointList,
     Vector,
     Word,
+    WordOrNumber,
 )
 from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import SNAP, Gesture, Target, Tool
@@ -169,7 +170,7 @@ def list_options(tool: Tool) -> list[ToolOption]:
                     help=argument.help,
                 )
             )
-        elif isinstance(kind, Word):
+        elif isinstance(kind, Word | WordOrNumber):
             found.append(
                 ToolOption(
                     name, (default, *(v for v in kind.words if v != default)), help=argument.help

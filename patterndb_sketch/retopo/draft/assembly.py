@@ -34,7 +34,12 @@ from patterndb_sketch.retopo.wording import format_place
 
 
 class RoundRegionError(RefusedError):
-    """A region came out with too few corners; another line through it may give it some."""
+    """A region came out with too few corners; another line through it may give it some. at: a point
+    on the curve beside it."""
+
+    def __init__(self, message: str, at: Points | None = None) -> None:
+        super().__init__(message)
+        self.at = at
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +136,7 @@ class NetworkBuilder:
         self.in_wedges: dict[int, list[tuple[HalfChain, float, HalfChain]]] = {}
         self.ends_at: dict[int, Key] = {}
         self.stops: dict[int, list[tuple[float, Key]]] = {}
+        self.joining = joining
         self._join_opposite(joining)
 
     def _join_opposite(self, joining: float) -> None:
@@ -192,14 +198,44 @@ class NetworkBuilder:
         joints: list[OnWall] = [*self.marked_corners]
         for line in self.lines:
             joints += [at for at in (line.start, line.end) if isinstance(at, OnWall)]
+        same = self._join_across(joints)
         for at in joints:
             key = (at.chain, at.place)
             if key in self.walls:
                 continue
-            node = self.opened.cut_chain(at.chain, at.place)
-            self.walls[key] = node
+            if key in same:
+                key = same[key]
+                if key in self.walls:
+                    self.walls[(at.chain, at.place)] = self.walls[key]
+                    continue
+            node = self.opened.cut_chain(*key)
+            self.walls[key] = self.walls[(at.chain, at.place)] = node
             made = self.opened.nodes[node]
             self.junctions[("W", node)] = _Junction(made.point, made.normal, False, wall=node)
+
+    def _join_across(self, joints: list[OnWall]) -> dict[tuple[int, float], tuple[int, float]]:
+        """Of places on both sides of a chain, nearer than ``joining`` to each other, the place
+        between, for each."""
+        by_chain: dict[int, set[tuple[float, bool]]] = {}
+        for at in joints:
+            by_chain.setdefault(at.chain, set()).add((at.place, at.left))
+        found: dict[tuple[int, float], tuple[int, float]] = {}
+        for number, places in by_chain.items():
+            chain = self.opened.chains[number]
+            if chain.marked:
+                continue
+            ordered = sorted(places)
+            spacing = chain.length / chain.segments
+            pairs = sorted(
+                (b[0] - a[0], a[0], b[0])
+                for a, b in pairwise(ordered)
+                if a[1] != b[1] and 0.0 < (b[0] - a[0]) * spacing < self.joining
+            )
+            for _, one, two in pairs:
+                if (number, one) not in found and (number, two) not in found:
+                    middle = (number, 0.5 * (one + two))
+                    found[number, one] = found[number, two] = middle
+        return found
 
     def _key(self, k: int, at: AtSingularity | OnLine | OnWall | InWedge) -> Key:
         if isinstance(at, AtSingularity):
@@ -367,7 +403,8 @@ class NetworkBuilder:
                     x, y, z = chains[loop[0] >> 1].points[len(chains[loop[0] >> 1].points) // 2]
                     raise RoundRegionError(
                         f"the region beside the curve at ({x:.4g}, {y:.4g}, {z:.4g}) came out with "
-                        f"{len(corners)} corners, and cannot be filled; draw a curve through it"
+                        f"{len(corners)} corners, and cannot be filled; draw a curve through it",
+                        np.array([x, y, z]),
                     )
                 forced.append(loop[0])
         return self.opened.finish(also=forced)

@@ -17,15 +17,24 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points, units
 from patterndb.system.underway import told_underway
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
+from patterndb_sketch.retopo.draft.creases import find_creases
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
 from patterndb_sketch.retopo.draft.proposing import (
+    LEAST_EDGE,
     MOST_IN_VAIN,
     TRIED,
     WRONG,
     DraftBudget,
+    DraftGoal,
+    DraftTask,
     LaceError,
     ProposedDraft,
     propose_draft,
+)
+from patterndb_sketch.retopo.draft.sharpedges import (
+    drop_open_chains,
+    find_border,
+    find_sharp_edges,
 )
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
@@ -37,8 +46,8 @@ from patterndb_sketch.retopo.filling import (
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, set_choice
 from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
-from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
+from patterndb_sketch.retopo.wording import format_place
 from query.engine import PatternSource
 
 #: Of more parts all are drafted at once: each takes a tenth of a second by itself.
@@ -48,9 +57,12 @@ MOST_PARTS = 100
 #: their way round what is small, coarser ones leave it out.
 EDGES = (1.0, 0.75, 1.3)
 
-#: A part with a thin handle gets edges that close around it, less this part, unless it would have
-#: more quads than so many times what the whole surface has with edges as asked for.
-CLOSING, MOST_QUADS = 0.9, 1.8
+#: A part with a thin handle gets edges that close around it, unless it would have more quads than
+#: so many times what the whole surface has with edges as asked for.
+MOST_QUADS = 1.8
+
+#: Where a part is left open, so much of the budget is left to the other parts at least.
+LEFT_TO_OTHERS = 0.25 * MOST_IN_VAIN
 
 #: What is nearer than this part of the diagonal is at the same place: more than rounding, less
 #: than the flat parts of an edge.
@@ -60,62 +72,58 @@ SAME_PLACE = 1e-9
 #: such edges are tried, too: what is thin, as buttons are, has quads around its rim then.
 SMALL, FINER = 0.03, (0.5, 0.35)
 
-#: Edges of a draft are no shorter than this part of the diagonal: they give a hundred thousand
-#: quads.
-LEAST_EDGE = 0.004
-
 #: Borders of two parts may lie on each other, in opposite directions: where one runs counts as
 #: much as being this part of a sampling away.
 DIRECTED = 1.0
 
 
+#: Quads of unsound drafts with creases, after which creases are tried no further: where they are
+#: noise they must not cost much more than the draft without them.
+CREASES_IN_VAIN = 600
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PartsDraft:
-    """A draft of all parts, and what there is to say of how it came."""
+    """A draft of all parts, and notes of how it came. creased: does it keep all creases?"""
 
     made: ProposedDraft
     notes: tuple[str, ...]
+    creased: bool = True
 
 
 def propose_by_parts(
-    network: Network,
-    ground: Ground,
-    sizes: Sizes,
-    source: PatternSource,
-    half: Half | None = None,
-    edges: Sequence[float] = EDGES[:1],
-    most_in_vain: float = MOST_IN_VAIN,
+    task: DraftTask, edges: Sequence[float] = EDGES[:1], *, strict: bool = True
 ) -> PartsDraft:
-    """The best draft of every part; see :func:`propose_draft`, also for what is refused.
+    """Propose the best draft of every part; see :func:`propose_draft`, also for what is refused.
 
     edges: in target edges, that are tried in this order until a draft of the part is sound.
-    most_in_vain: after unsound drafts of so many quads nothing else is tried.
+    strict: is all refused where a part is? Else that part is left open, and named in the notes; the
+    draft of a part that is not sound is kept then, with its flaws. Of each part as many creases are
+    kept as go: all, closed ones, none.
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
-    with told_underway("drafting" if half is None else "drafting one half") as tell:
-        budget = DraftBudget(most_in_vain)
-        return _propose_all(network, ground, sizes, source, half, edges, budget, tell)
+    with told_underway("drafting" if task.half is None else "drafting one half") as tell:
+        parts = GroundParts.of(task.ground)
+        network = task.network
+        bare = all(chain.marked for chain in network.chains.values()) and not network.patches
+        if not bare or not 1 < parts.parts <= MOST_PARTS:
+            return _propose_by_creases(task, edges, 1.0, tell)
+        return _propose_all(task, parts, edges, strict, tell)
 
 
 def _propose_all(
-    network: Network,
-    ground: Ground,
-    sizes: Sizes,
-    source: PatternSource,
-    half: Half | None,
+    task: DraftTask,
+    parts: GroundParts,
     edges: Sequence[float],
-    budget: DraftBudget,
+    strict: bool,
     tell: Callable[[float], None],
 ) -> PartsDraft:
-    parts = GroundParts.of(ground)
-    bare = all(chain.marked for chain in network.chains.values()) and not network.patches
-    if not bare or not 1 < parts.parts <= MOST_PARTS:
-        return _propose_by_edges(network, ground, sizes, source, half, edges, 1.0, budget, tell)
-    told: list[str] = []
+    network, ground, half = task.network, task.ground, task.half
+    notes: list[str] = []
     alone: dict[int, PlacedPatch] = {}
-    done = 0.0
+    done, creased = 0.0, True
     total = float(ground.surface.areas.sum())
-    own = share_chains(network, ground, parts, sizes.sampling)
+    own = share_chains(network, ground, parts, task.sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
     next_id = network.next_id
     for k, (part, half_part) in enumerate(_list_parts(ground, parts, half)):
@@ -130,13 +138,28 @@ def _propose_all(
         )
         share = float(part.surface.areas.sum()) / total
         tell(done)
-        one = _propose_by_edges(begun, part, sizes, source, half_part, edges, share, budget)
         done += share
+        try:
+            of_part = replace(task, network=begun, ground=part, half=half_part)
+            one = _propose_by_creases(of_part, edges, share)
+        except RefusedError as error:
+            if strict:
+                raise
+            middle = part.vertices[part.triangles].mean(axis=(0, 1))
+            notes.append(f"the part around {format_place(middle)} is left open: {error}")
+            # The other parts are still to be tried.
+            task.budget.left = max(task.budget.left, LEFT_TO_OTHERS)
+            continue
         made = one.made
-        if not made.sound and not _may_be_covered(made, part, half_part, ground, parts.part == k):
+        if (
+            strict
+            and not made.sound
+            and not _may_be_covered(made, part, half_part, ground, parts.part == k)
+        ):
             # With it nothing is sound, whatever the other parts come to.
-            return PartsDraft(made, (*told, *one.notes))
-        told += one.notes
+            return PartsDraft(made, (*notes, *one.notes), creased and one.creased)
+        notes += one.notes
+        creased = creased and one.creased
         alone |= made.found.placed
         for kept, now in ((chains, begun.chains), (nodes, begun.nodes)):
             for number in now:
@@ -145,11 +168,13 @@ def _propose_all(
         chains |= made.network.chains
         patches |= made.network.patches
         next_id = made.network.next_id
+    if not patches:
+        raise RefusedError("no part of the surface could be drafted: " + "; ".join(notes))
     together = replace(network, nodes=nodes, chains=chains, patches=patches, next_id=next_id)
     # As the editor will fill it.
-    found = fill_as_placed(together, ground, source, sizes.edge, alone)
-    whole = ProposedDraft.of(found, DraftJudge(ground, half))
-    return PartsDraft(whole, tuple(told))
+    found = fill_as_placed(together, ground, task.source, task.sizes.edge, alone)
+    judge = DraftJudge(ground, half, task.goal.allow_off(ground))
+    return PartsDraft(ProposedDraft.of(found, judge), tuple(notes), creased)
 
 
 def fill_as_placed(
@@ -195,35 +220,80 @@ def _may_be_covered(
     return bool(off <= MOST_OFF * ground.diagonal)
 
 
-def _propose_by_edges(
-    network: Network,
-    ground: Ground,
-    sizes: Sizes,
-    source: PatternSource,
-    half: Half | None,
+def _propose_by_creases(
+    task: DraftTask,
     edges: Sequence[float],
     share: float,
-    budget: DraftBudget,
     tell: Callable[[float], None] | None = None,
 ) -> PartsDraft:
-    """The first draft that is sound, with edges of several lengths, or the best.
+    """Return the first draft that is sound with as many creases as go, or the best; see
+    :func:`_propose_by_edges`."""
+    notes: list[str] = []
+    tried: list[PartsDraft] = []
+    for goal in _list_goals(task, share):
+        budget = DraftBudget(min(CREASES_IN_VAIN, task.budget.left))
+        try:
+            one = _propose_by_edges(replace(task, goal=goal, budget=budget), edges, share, tell)
+        except RefusedError as error:
+            notes.append(f"sharp edges are not all kept: {error}")
+            continue
+        one = replace(one, notes=(*notes, *one.notes), creased=not notes)
+        if one.made.sound:
+            return one
+        tried.append(one)
+        notes.append(f"sharp edges are not all kept: there would be {'; '.join(one.made.flaws)}")
+    without = replace(task, goal=replace(task.goal, sharp=None))
+    try:
+        bare = _propose_by_edges(without, edges, share, tell)
+    except RefusedError:
+        if not tried:
+            raise
+        return min(tried, key=lambda one: one.made.rank)
+    tried.append(replace(bare, notes=(*notes, *bare.notes), creased=not notes))
+    return tried[-1] if bare.made.sound else min(tried, key=lambda one: one.made.rank)
+
+
+def _list_goals(task: DraftTask, share: float) -> list[DraftGoal]:
+    """List the goals with creases, as far as they differ on the task's ground.
+
+    share: of the part in the whole surface's area; on small ones edges may become finer."""
+    goal = task.goal
+    if goal.sharp is None:
+        return []
+    if share <= SMALL:
+        edges = find_sharp_edges(task.ground, FINER[-1] * task.sizes.edge, goal.sharp)
+    else:
+        edges = find_creases(task.ground, task.sizes.edge, goal.sharp)
+    closed = drop_open_chains(edges, find_border(task.ground))
+    goals = [goal] if edges else []
+    return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals
+
+
+def _propose_by_edges(
+    task: DraftTask,
+    edges: Sequence[float],
+    share: float,
+    tell: Callable[[float], None] | None = None,
+) -> PartsDraft:
+    """Return the first draft that is sound, with edges of several lengths, or the best.
 
     share: of the part in the whole surface's area."""
+    sizes, diagonal = task.sizes, task.ground.diagonal
     best: PartsDraft | None = None
     why: RefusedError | None = None
-    bare = all(chain.marked for chain in network.chains.values())
+    bare = all(chain.marked for chain in task.network.chains.values())
     left, enough = list(edges), TRIED
     if share <= SMALL:
-        finer = [times for times in FINER if times * sizes.edge >= LEAST_EDGE * ground.diagonal]
-        left, enough = [*left, *finer], 1
-    while left and not (budget.spent and (best or why)):
+        left += [times for times in FINER if times * sizes.edge >= LEAST_EDGE * diagonal]
+        enough = 1
+    while left and not (task.budget.spent and (best or why)):
         times = left.pop(0)
         tried = replace(sizes, edge=times * sizes.edge)
         try:
-            made = propose_draft(network, ground, tried, source, half, budget, enough, tell)
+            made = propose_draft(replace(task, sizes=tried), enough, tell)
         except RefusedError as error:
             if why is None and isinstance(error, LaceError):
-                finer = CLOSING * error.edge / sizes.edge
+                finer = error.edge / sizes.edge
                 if share <= MOST_QUADS * finer**2:
                     left = [finer]
             why = error if why is None else why
@@ -232,11 +302,11 @@ def _propose_by_edges(
                 raise
             continue
         if best is None or made.rank < best.made.rank:
-            told: tuple[str, ...] = ()
+            notes = made.notes
             if times != edges[0]:
                 flaws = str(why) if best is None else f"there would be {'; '.join(best.made.flaws)}"
-                told = (f"edges are {times:.2g} times as long as asked for: else {flaws}",)
-            best = PartsDraft(made, told)
+                notes = (f"edges are {times:.2g} times as long as asked for: else {flaws}", *notes)
+            best = PartsDraft(made, notes)
         if made.sound:
             break
     if best is None:

@@ -42,7 +42,7 @@ MOST_WEIGHT = 10.0
 
 #: At an inner vertex of so many quarters two lines end, which go on into each other; of more it has
 #: fewer, and they go so many edges off.
-MOST_INDEX, PARTED = 2, 1.5
+MOST_INDEX, MOST_ON_BORDER, PARTED = 2, 1, 1.5
 
 Complexes = NDArray[np.complexfloating]
 
@@ -281,6 +281,32 @@ def measure_indices(mesh: FieldMesh, angle: Floats, quarters: Int32Array) -> Int
     return index
 
 
+#: Edges of the mesh over which a border is seen to turn.
+FAR_OFF = 3
+
+
+def list_corner_indices(mesh: FieldMesh) -> Int32Array:
+    """(v,) the indices that borders have by their angles alone, in quarters; 0 within."""
+    angle = np.bincount(mesh.triangles.ravel(), mesh.corner_angle.ravel(), len(mesh.vertices))
+    natural = np.minimum(np.rint((np.pi - angle) / QUARTER), MOST_ON_BORDER).astype(np.int32)
+    natural[~mesh.on_border | (angle == 0.0)] = 0
+    # A ragged border has turns of single vertices that are none, seen from further off.
+    border = mesh.ground.topology.border
+    tail = mesh.triangles.ravel()[border]
+    head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
+    ahead, back = np.arange(len(natural)), np.arange(len(natural))
+    ahead[tail], back[head] = head, tail
+    one, two = back.copy(), ahead.copy()
+    for _ in range(FAR_OFF - 1):
+        one, two = back[one], ahead[two]
+    at = mesh.vertices
+    a, b = at - at[one], at[two] - at
+    cosine = np.einsum("vc,vc->v", a, b)
+    cosine /= np.maximum(np.linalg.norm(a, axis=1) * np.linalg.norm(b, axis=1), 1e-300)
+    natural[cosine > np.cos(QUARTER / 2.0)] = 0
+    return natural
+
+
 def cancel_pairs(
     mesh: FieldMesh, quarters: Int32Array, index: Int32Array, nearest: float
 ) -> Int32Array:
@@ -294,7 +320,8 @@ def cancel_pairs(
     if nearest <= 0.0:
         return quarters
     graph = link_inner_edges(mesh)
-    free = index.copy()
+    # What a border's angle asks for is no pair's: a corner without its line has bent quads.
+    free = index - list_corner_indices(mesh)
     plus, minus = np.flatnonzero(free > 0), np.flatnonzero(free < 0)
     if not len(plus) or not len(minus):
         return quarters
@@ -334,7 +361,8 @@ def _move_quarter(
 def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int32Array:
     """(3t,) quarters after vertices of more than two quarters, tips of needles, have given those
     to vertices around them: fewer than two lines would end in one."""
-    poles = np.flatnonzero((index > MOST_INDEX) & ~mesh.on_border)
+    most = np.where(mesh.on_border, MOST_ON_BORDER, MOST_INDEX)
+    poles = np.flatnonzero(index > most)
     if not len(poles):
         return quarters
     quarters, index = quarters.copy(), index.copy()
@@ -343,9 +371,10 @@ def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int3
     sides_of = _sides_by_ends(mesh)
     for row, pole in enumerate(poles.tolist()):
         # Two edges off there is room for lines between them.
-        apart = PARTED * float(graph.data[graph.indptr[pole] : graph.indptr[pole + 1]].mean())
+        own = graph.data[graph.indptr[pole] : graph.indptr[pole + 1]]
+        apart = PARTED * float(own.mean() if len(own) else 0.0)
         fit = ~mesh.on_border & np.isfinite(far[row]) & (far[row] >= apart)
-        while index[pole] > MOST_INDEX and (fit & (index <= 0)).any():
+        while index[pole] > most[pole] and (fit & (index <= 0)).any():
             other = int(np.where(fit & (index <= 0), far[row], np.inf).argmin())
             _move_quarter(mesh, quarters, sides_of, before[row], pole, other)
             index[pole] -= 1

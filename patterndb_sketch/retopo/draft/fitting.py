@@ -25,6 +25,8 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.draft.fixedcurves import find_fixed_curves
+from patterndb_sketch.retopo.draft.shapematching import match_squares, mean_normals
 from patterndb_sketch.retopo.filling import FilledNetwork, place_fill, weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
@@ -52,11 +54,17 @@ NEAR = 0.25
 
 #: Parts of their way that vertices go in a round: to the mean of neighbours, along a curve to the
 #: middle between these, and to where they are drawn; and no further than this part of an edge.
-SMOOTHED, EVENED, DRAWN, FURTHEST = 0.5, 0.25, 0.7, 0.5
+SMOOTHED, DRAWN, FURTHEST = 0.8, 0.7, 0.5
 
 #: Times that vertices of quads that would flip go half as far, and times that they stay, from the
 #: second on with their neighbours.
 HALVINGS, HOLDS = 3, 5
+
+#: No vertex goes further, in target edges, where quads are untangled.
+LONGEST_LEAP = 1.0
+
+#: Times that all is done, until no quad is flipped: some tangles open once the others have.
+FITTINGS = 3
 
 #: Times that flipped quads are untangled and projected.
 UNTANGLINGS = 4
@@ -83,16 +91,14 @@ def fit_quads(
     fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
     if not fit.free.any():
         return found
-    fit.open_tangles()
-    fit.run()
-    fit.open_tangles()
-    fitted = fit.finish()
-    if count_flipped(fitted):
-        # Vertices divide their curves evenly again, which may flip what lies closely beside them:
-        # then all are held where they are, as those of an imported mesh.
-        exact = fit.finish(whole=True)
-        fitted = min(fitted, exact, key=count_flipped)
-    return fitted
+    for _ in range(FITTINGS):
+        fit.shape()
+        fit.open_tangles()
+        fit.run()
+        fit.open_tangles()
+        if not fit.count_flipped():
+            break
+    return fit.finish()
 
 
 def count_flipped(found: FilledNetwork) -> int:
@@ -110,6 +116,13 @@ class _FarPoints:
     weights: Floats
     away: Points
     size: Floats
+
+
+#: Rounds for shape alone.
+SHAPING = 50
+
+#: Shapes and types of no far points.
+NOTHING = (((3,), float), ((3,), np.int32), ((3,), float), ((3,), float), ((), float))
 
 
 class _Fit:
@@ -131,15 +144,22 @@ class _Fit:
         self.ground = ground
         self.sizes = sizes
         self.laid = laid
+        self.kept = kept
         self.mesh = weld_fills(found)
         self.at, self.normals = self.mesh.vertices.copy(), self.mesh.normals.copy()
         self.number = number_vertices(found, self.mesh)
         self.on_network = self._name_vertices()
-        self.free = self._find_free(kept)
+        self.free = self._find_free()
+        self.curves = find_fixed_curves(found.network, laid, kept, self._list_along)
+        self.on_curve = np.zeros(len(self.free), np.bool_)
+        for curve in self.curves:
+            self.free[curve.vertices[curve.sliding]] = True
+            self.on_curve[curve.vertices] = True
         self.beside = _link_neighbours(self.mesh)
         self.degree = np.maximum(np.diff(self.beside.indptr), 1)[:, None]
-        self.slide, self.before, self.after = self._find_sliding()
         self.within = WITHIN * ground.diagonal
+        tail, head = self.mesh.list_sides()
+        self.wanted = float(np.linalg.norm(self.at[tail] - self.at[head], axis=1).mean())
         self.samples = samples
 
     def _name_vertices(self) -> dict[tuple[int, int], int]:
@@ -150,7 +170,7 @@ class _Fit:
             at.update(zip(keys, number[: len(keys)].tolist(), strict=True))
         return at
 
-    def _find_free(self, kept: frozenset[int]) -> NDArray[np.bool_]:
+    def _find_free(self) -> NDArray[np.bool_]:
         """(v,) what is on chains that were laid, on nodes of nothing else, and within patches that
         are not kept."""
         network, mesh = self.found.network, self.mesh
@@ -166,26 +186,18 @@ class _Fit:
             (mesh.chain < 0) | np.isin(mesh.chain, sorted(self.laid)),
         )
         free[np.concatenate([np.array(face, np.int64) for face in (*mesh.kept, ())])] = False
-        for patch in kept & self.number.keys():
+        for patch in self.kept & self.number.keys():
             free[self.number[patch][self.found.placed[patch].perimeter :]] = False
         return free
-
-    def _find_sliding(self) -> tuple[Int32Array, Int32Array, Int32Array]:
-        """Vertices within chains, and those before and after them."""
-        rows = [
-            (one[k], one[k - 1], one[k + 1])
-            for chain in sorted(self.laid)
-            for one in [self._list_along(self.found.network.chains[chain])]
-            for k in range(1, len(one) - 1)
-        ]
-        a, b, c = np.array(rows, np.int32).reshape(-1, 3).T
-        return a, b, c
 
     def _list_along(self, chain: Chain) -> list[int]:
         """The vertices along a chain; none where no patch beside it has quads."""
         keys = [(chain.start, -1), *((chain.id, k) for k in range(1, chain.count))]
         keys.append((chain.end, -1))
         return [self.on_network[k] for k in keys] if all(k in self.on_network for k in keys) else []
+
+    def count_flipped(self) -> int:
+        return int(flipped(self.mesh.quads, self.at, self.normals).sum())
 
     def open_tangles(self) -> None:
         """Untangle flipped quads within the surface, as far as that can be."""
@@ -194,7 +206,7 @@ class _Fit:
         fewest = int(wrong.sum())
         if not fewest:
             return
-        free, chosen = self.free, np.ones(len(all_quads), np.bool_)
+        free, chosen = self.free & ~self.on_curve, np.ones(len(all_quads), np.bool_)
         if len(all_quads) > MOST_AT_ONCE:
             free = free & self._find_around(all_quads[wrong])
             chosen = free[all_quads].any(axis=1)
@@ -210,8 +222,13 @@ class _Fit:
             before = at
             at = untangle(quads, at, up, fixed, beside)
             there = self.ground.nearest_facing(at[fixed:], up[fixed:])
+            came, turned = there.points.copy(), there.normals.copy()
+            # What leaps lands on the other side of thin plates.
+            leaps = np.linalg.norm(came - before[fixed:], axis=1) > LONGEST_LEAP * self.sizes.edge
+            leaps |= np.einsum("vc,vc->v", turned, up[fixed:]) < 0.0
+            came[leaps], turned[leaps] = before[fixed:][leaps], up[fixed:][leaps]
             up = up.copy()
-            at[fixed:], up[fixed:] = there.points, there.normals
+            at[fixed:], up[fixed:] = came, turned
             left = int(flipped(quads, at, up).sum())
             if left < fewest:
                 fewest = left
@@ -227,6 +244,12 @@ class _Fit:
         for _ in range(AROUND):
             near |= (self.beside @ near.astype(np.float64)) > 0.0
         return near
+
+    def shape(self) -> None:
+        """Move the vertices for shape alone, which takes little time, and opens most tangles."""
+        near = _FarPoints(*(np.empty((0, *n), t) for n, t in NOTHING))
+        for _ in range(SHAPING):
+            self._step(near)
 
     def run(self) -> None:
         """Move the vertices, round by round."""
@@ -263,29 +286,25 @@ class _Fit:
         length = np.linalg.norm(drawn, axis=1, keepdims=True)
         drawn *= np.minimum(1.0, FURTHEST * edge / np.maximum(length, 1e-300))
         share = np.clip(1.5 * force - 0.3, 0.0, 1.0)[:, None]
-        up = units(self.normals + (self.beside @ self.normals) / self.degree)
-        smooth = (self.beside @ self.at) / self.degree - self.at
+        up = self.normals + (self.beside @ self.normals) / self.degree
+        up = units(0.5 * up + 2.0 * mean_normals(self.at, self.mesh.quads))
+        smooth = match_squares(self.at, self.mesh.quads, self.wanted) - self.at
         smooth -= (smooth * up).sum(axis=1, keepdims=True) * up
         move = (1.0 - share) * SMOOTHED * smooth + share * DRAWN * drawn
-        move[self.slide] += self._even_out()
         moved, turned = self.at.copy(), self.normals.copy()
-        moved[self.free] += move[self.free]
-        there = self.ground.nearest_facing(moved[self.free], up[self.free])
-        moved[self.free], turned[self.free] = there.points, there.normals
+        loose = self.free & ~self.on_curve
+        moved[loose] += move[loose]
+        there = self.ground.nearest_facing(moved[loose], up[loose])
+        moved[loose], turned[loose] = there.points, there.normals
+        wanted = [curve.propose(move) for curve in self.curves]
+        for curve, along in zip(self.curves, wanted, strict=True):
+            points, normals = curve.locate(along)
+            sliding = curve.sliding
+            chosen = curve.vertices[sliding]
+            moved[chosen], turned[chosen] = points[sliding], normals[sliding]
         self._hold(moved, turned)
-
-    def _even_out(self) -> Points:
-        """(s, 3) how vertices within chains go along these, for edges to be of one length, or of
-        lengths that the density asks for."""
-        at, density = self.at, self.found.network.density
-        back, ahead = at[self.before] - at[self.slide], at[self.after] - at[self.slide]
-        one, two = np.linalg.norm(back, axis=1), np.linalg.norm(ahead, axis=1)
-        if density.strokes:
-            up = self.normals[self.slide]
-            one = one * density.at(at[self.slide] + 0.5 * back, up)
-            two = two * density.at(at[self.slide] + 0.5 * ahead, up)
-        share = (two - one) / np.maximum(one + two, 1e-300)
-        return EVENED * share[:, None] * (ahead - back)
+        for curve, along in zip(self.curves, wanted, strict=True):
+            curve.settle(along, self.at)
 
     def _hold(self, moved: Points, turned: Points) -> None:
         """Go there, but for vertices of quads that would flip: they go less far, or stay."""
@@ -303,14 +322,14 @@ class _Fit:
                     held |= (self.beside @ held.astype(np.float64)) > 0.0
                 moved[held], turned[held] = self.at[held], self.normals[held]
                 continue
-            held &= self.free
+            held &= self.free & ~self.on_curve
             half = 0.5 * (moved[held] + self.at[held])
             there = self.ground.nearest_facing(half, turned[held])
             moved[held], turned[held] = there.points, there.normals
 
-    def finish(self, whole: bool = False) -> FilledNetwork:
-        """The network with its curves through the vertices, and these held within patches; whole:
-        on their borders, too."""
+    def finish(self) -> FilledNetwork:
+        """The network with its curves through the vertices, and all of these held by patches that
+        are not kept."""
         network = self.found.network
         nodes = dict(network.nodes)
         for vertex in np.flatnonzero(self.free & (self.mesh.node >= 0)).tolist():
@@ -318,6 +337,16 @@ class _Fit:
             point, normal = self.at[vertex].copy(), self.normals[vertex].copy()
             nodes[number] = replace(nodes[number], point=point, normal=normal)
         chains = dict(network.chains)
+        for curve in self.curves:
+            # A curve of one piece is as it was: vertices slide on it, and its ends stay.
+            for half, low, high in curve.pieces if len(curve.pieces) > 1 else ():
+                points, normals = curve.piece(low, high)
+                if half & 1:
+                    points, normals = points[::-1].copy(), normals[::-1].copy()
+                old = chains[half >> 1]
+                for k, end in ((0, old.start), (-1, old.end)):
+                    points[k], normals[k] = nodes[end].point, nodes[end].normal
+                chains[half >> 1] = replace(old, points=points, normals=normals)
         for number in sorted(self.laid):
             along = self._list_along(chains[number])
             if along:
@@ -330,10 +359,9 @@ class _Fit:
                 continue
             filling = filling_of(network.patches[patch])
             assert filling.choice is not None
-            inner = np.arange(filling.choice.perimeter, len(number))
-            if self.free[number[inner]].all():
-                which = np.arange(len(number)) if whole else inner
-                held = filling.with_moved(which, self.at[number[which]])
+            inner = number[filling.choice.perimeter :]
+            if patch not in self.kept and self.free[inner].all():
+                held = filling.with_moved(np.arange(len(number)), self.at[number])
                 network = set_choice(network, patch, held)
             moved.append(patch)
         placed = dict(self.found.placed)

@@ -7,6 +7,7 @@ curves are borders like others (:mod:`.walls` tells which border is which side o
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -20,7 +21,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
-from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.remesh import remesh_parts
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, HalfChain, Network
@@ -40,18 +41,33 @@ LIP = 1e-3
 THIRDS = 3
 
 
-def cut_along_curves(network: Network, mesh: FieldMesh, edge: float) -> FieldMesh:
-    """The part of a mesh that no patch covers, cut open along all curves that are drawn.
+def cut_along_curves(
+    network: Network, mesh: FieldMesh, edge: float, drawn: Iterable[int] | None = None
+) -> FieldMesh:
+    """Return the part of a mesh that no patch covers, cut open along drawn chains, remeshed.
 
-    network: on the same surface; its marked chains are borders of the mesh already. edge: of the
-    mesh, the surface's unit. Raises RefusedError, with the place, where curves are too close to
-    each other for edges of this length, and where patches cover everything.
+    network: on the same surface. drawn: its chains to cut along, by default all that are on no
+    border; the others are borders of the mesh already. edge: of the mesh, the surface's unit.
+    Raises RefusedError, with the place, where curves are too close to each other for edges of this
+    length, and where patches cover everything.
     """
-    paths = _Paths(network, mesh, edge)
-    for chain in network.chains.values():
-        if not chain.marked:
-            paths.add(chain)
-    return paths.cut()
+    if drawn is None:
+        drawn = [c for c, chain in network.chains.items() if not chain.marked]
+    chains = [network.chains[c] for c in drawn]
+    paths = _Paths(network, chains, mesh, edge)
+    for chain in chains:
+        paths.add(chain)
+    return _cut_open(network, mesh, paths.points, paths.half, edge)
+
+
+def cut_along_creases(
+    network: Network, ground: Ground, half: Mapping[tuple[int, int], HalfChain], edge: float
+) -> FieldMesh:
+    """Return a ground cut open exactly along creases, remeshed.
+
+    half: by the end vertices of a side of the ground, the network's half-chain that runs there.
+    """
+    return _cut_open(network, FieldMesh.of(ground), ground.vertices, half, edge)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +83,7 @@ class _Piece:
 class _Paths:
     """The steps of :func:`cut_along_curves`."""
 
-    def __init__(self, network: Network, mesh: FieldMesh, edge: float) -> None:
+    def __init__(self, network: Network, chains: list[Chain], mesh: FieldMesh, edge: float) -> None:
         self.network = network
         self.mesh = mesh
         self.edge = edge
@@ -76,13 +92,7 @@ class _Paths:
         self.taken: set[int] = set()
         self.half: dict[tuple[int, int], HalfChain] = {}
         self.anchors: dict[int, int] = {}
-        drawn = {
-            node
-            for chain in network.chains.values()
-            if not chain.marked
-            for node in (chain.start, chain.end)
-            if not chain.loose
-        }
+        drawn = {n for one in chains if not one.loose for n in (one.start, one.end)}
         for number in sorted(drawn):
             node = network.nodes[number]
             rim = any(network.chains[half >> 1].marked for half in node.ends)
@@ -195,41 +205,51 @@ class _Paths:
             way.append(back)
         return vertices[way[::-1]].tolist()
 
-    def cut(self) -> FieldMesh:
-        """The mesh cut along all paths, without what patches cover, remeshed."""
-        mesh, n = self.mesh, len(self.mesh.triangles)
-        tail = mesh.triangles.ravel()
-        head = np.roll(mesh.triangles, -1, axis=1).ravel()
-        of_side = np.array(
-            [self.half.get(pair, -1) for pair in zip(tail.tolist(), head.tolist(), strict=True)],
-            np.int64,
-        )
-        open_sides = np.flatnonzero((mesh.across >= 0) & (of_side < 0))
-        here, there = open_sides, mesh.across[open_sides]
-        joined = coo_array((np.ones(len(here), np.int8), (here // 3, there // 3)), (n, n))
-        _, part = connected_components(joined, directed=False)
-        taken = self.network.patch_of()
-        covered = {int(part[s // 3]) for s in np.flatnonzero(of_side >= 0) if of_side[s] in taken}
-        kept = ~np.isin(part, sorted(covered))
-        if not kept.any():
-            raise RefusedError("patches cover the surface; there is nothing left to draft")
-        # Corners that no cut parts are one vertex.
-        back = np.stack([here, there // 3 * 3 + (there % 3 + 1) % 3])
-        ahead = np.stack([here // 3 * 3 + (here % 3 + 1) % 3, there])
-        pairs = np.concatenate([back, ahead], axis=1)
-        same = coo_array((np.ones(pairs.shape[1], np.int8), tuple(pairs)), (3 * n, 3 * n))
-        count, corner = connected_components(same, directed=False)
-        triangles = corner.reshape(-1, 3).astype(np.int32)
-        points = np.empty((count, 3))
-        points[corner] = self.points[tail]
-        points = _part_lips(points, triangles, self.half, corner, tail)
-        return FieldMesh.of(_remesh(points, triangles[kept], self.edge))
+
+def _cut_open(
+    network: Network,
+    mesh: FieldMesh,
+    at: Points,
+    half: Mapping[tuple[int, int], HalfChain],
+    edge: float,
+) -> FieldMesh:
+    """Return a mesh cut open along sides with half-chains, without what patches cover, remeshed.
+
+    at: (v, 3) where its vertices go.
+    """
+    n = len(mesh.triangles)
+    tail = mesh.triangles.ravel()
+    head = np.roll(mesh.triangles, -1, axis=1).ravel()
+    of_side = np.array(
+        [half.get(pair, -1) for pair in zip(tail.tolist(), head.tolist(), strict=True)],
+        np.int64,
+    )
+    open_sides = np.flatnonzero((mesh.across >= 0) & (of_side < 0))
+    here, there = open_sides, mesh.across[open_sides]
+    joined = coo_array((np.ones(len(here), np.int8), (here // 3, there // 3)), (n, n))
+    _, part = connected_components(joined, directed=False)
+    taken = network.patch_of()
+    covered = {int(part[s // 3]) for s in np.flatnonzero(of_side >= 0) if of_side[s] in taken}
+    kept = ~np.isin(part, sorted(covered))
+    if not kept.any():
+        raise RefusedError("patches cover the surface; there is nothing left to draft")
+    # Corners that no cut parts are one vertex.
+    back = np.stack([here, there // 3 * 3 + (there % 3 + 1) % 3])
+    ahead = np.stack([here // 3 * 3 + (here % 3 + 1) % 3, there])
+    pairs = np.concatenate([back, ahead], axis=1)
+    same = coo_array((np.ones(pairs.shape[1], np.int8), tuple(pairs)), (3 * n, 3 * n))
+    count, corner = connected_components(same, directed=False)
+    triangles = corner.reshape(-1, 3).astype(np.int32)
+    points = np.empty((count, 3))
+    points[corner] = at[tail]
+    points = _part_lips(points, triangles, half, corner, tail)
+    return FieldMesh.of(_remesh(points, triangles[kept], edge))
 
 
 def _part_lips(
     points: Points,
     triangles: Int32Array,
-    half: dict[tuple[int, int], HalfChain],
+    half: Mapping[tuple[int, int], HalfChain],
     corner: NDArray[np.integer],
     given: Int32Array,
 ) -> Points:
@@ -249,7 +269,7 @@ def _remesh(points: Points, triangles: Int32Array, edge: float) -> Ground:
     used, named = np.unique(triangles, return_inverse=True)
     try:
         cut = Ground.of(points[used], named.reshape(-1, 3).astype(np.int32))
-        return Ground.of(*remesh_evenly(cut, edge))
+        return Ground.of(*remesh_parts(cut, edge))
     except InvalidMeshError as error:
         place = format_place(points[used].mean(axis=0))
         raise RefusedError(

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.quadshape import scaled_jacobian
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.report import Report, cut_quads, hausdorff, report_mesh
@@ -20,9 +20,8 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.symmetry import Half, mirror_mesh
 from patterndb_sketch.retopo.wording import count_places, format_place
 
-#: A draft further off than this part of the diagonal, or with more than this part of its quads
-#: flipped, has lost a part of the surface: it is refused.
-FAR_OFF, MOST_FLIPPED = 0.05, 0.02
+#: A quad with a scaled Jacobian below this is poor.
+POOR_QUAD = 0.3
 
 #: A draft nearer to the surface than this part of its diagonal is near enough.
 MOST_OFF = 0.02
@@ -30,10 +29,12 @@ MOST_OFF = 0.02
 
 @dataclass(frozen=True, slots=True)
 class DraftJudge:
-    """Says what the mesh of a draft on a ground is like. half: that the ground is, if it is one."""
+    """Judges the mesh of a draft on a ground. half: that the ground is, if it is one. most_off: how
+    far off it may be, in diagonals."""
 
     ground: Ground
     half: Half | None
+    most_off: float = MOST_OFF
 
     @property
     def whole(self) -> Ground:
@@ -53,25 +54,46 @@ class DraftJudge:
         twice = {corners: 2 * n for corners, n in made.patches.items()}
         return replace(made, patches=twice, unfilled=2 * made.unfilled, flipped=2 * made.flipped)
 
+    def find_poor(self, found: FilledNetwork) -> Points:
+        """(n, 3) the middles of poor quads, the worst first."""
+        mesh = self.weld(found)
+        shape = scaled_jacobian(mesh.quads, mesh.vertices)
+        worst = np.argsort(shape, kind="stable")[: int((shape < POOR_QUAD).sum())]
+        return mesh.vertices[mesh.quads[worst]].mean(axis=1)
+
     def is_lopsided(self, found: FilledNetwork, made: Report) -> bool:
         """Is a mesh that is near to its half too far from the whole? Then the surface is not as
         symmetric as that, and no other draft of the half is nearer."""
-        if self.half is None or max(made.to_ground, made.from_ground) <= MOST_OFF:
+        if self.half is None or max(made.to_ground, made.from_ground) <= self.most_off:
             return False
         mesh = weld_fills(found)
         own = hausdorff(mesh.vertices, mesh.quads, self.ground)
-        return max(own) * self.ground.diagonal <= MOST_OFF * self.whole.diagonal
+        return max(own) * self.ground.diagonal <= self.most_off * self.whole.diagonal
 
     def list_flaws(self, found: FilledNetwork, made: Report) -> tuple[str, ...]:
-        """What of a mesh is flipped or far off, in words, with the first place."""
+        """What of a mesh is open, flipped or far off, in words, with the first place."""
         said: list[str] = []
+        if made.unfilled:
+            at = [
+                found.network.chains[patch.loop[0] >> 1].points.mean(axis=0)
+                for number, patch in sorted(found.network.patches.items())
+                if number not in found.placed
+            ]
+            said.append(count_places("no quads in a patch", "patches without quads", np.array(at)))
+        if made.tangled:
+            mesh = self.weld(found)
+            sides = np.stack(mesh.list_sides(), axis=1)
+            _, first, uses = np.unique(sides, axis=0, return_index=True, return_counts=True)
+            at = mesh.vertices[sides[first[uses > 1]]].mean(axis=1)
+            if len(at):
+                said.append(count_places("a tangled edge", "tangled edges", at))
         if made.flipped:
             at = np.concatenate([one.find_flipped() for one in found.placed.values()])
             if self.half is not None:
                 at = np.concatenate([at, self.half.plane.mirror(at)])
             said.append(count_places("a flipped quad", "flipped quads", at))
         off = max(made.to_ground, made.from_ground)
-        if off > MOST_OFF:
+        if made.quads and off > self.most_off:
             said.append(f"{100 * off:.2g} % off at {format_place(self.find_furthest(found))}")
         return tuple(said)
 
@@ -85,20 +107,3 @@ class DraftJudge:
         if missed.max() >= gone.max():
             return ground.vertices[missed.argmax()]
         return mesh.vertices[gone.argmax()]
-
-    def refuse_bad(self, made: Report, found: FilledNetwork) -> None:
-        """RefusedError for a mesh that is not whole, or is another shape than the surface."""
-        off = max(made.to_ground, made.from_ground)
-        worst = format_place(self.find_furthest(found)) if made.quads else "everywhere"
-        if made.unfilled or made.tangled:
-            raise RefusedError(
-                f"no draft: {made.unfilled} regions have no quads and {made.tangled} edges are "
-                f"tangled; the worst is at {worst}: the surface is too thin or too fine for its "
-                "edges there; take a smaller edge, or draw by hand"
-            )
-        if off > FAR_OFF or made.flipped > MOST_FLIPPED * made.quads:
-            raise RefusedError(
-                f"no draft: quads would be {100 * off:.2g} % of the diagonal off the surface, and "
-                f"{made.flipped} of {made.quads} flipped; the worst is at {worst}: take a smaller "
-                "edge, or draw by hand"
-            )

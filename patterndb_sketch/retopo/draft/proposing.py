@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -26,13 +26,15 @@ from patterndb_sketch.retopo.draft.assembly import (
     RoundRegionError,
     is_cellular,
 )
-from patterndb_sketch.retopo.draft.crossfield import CrossField, FieldSolver
+from patterndb_sketch.retopo.draft.creases import add_creases
+from patterndb_sketch.retopo.draft.crossfield import CrossField, FieldSolver, list_corner_indices
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.fitting import fit_quads, sample_both_sides
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
-from patterndb_sketch.retopo.draft.imprint import cut_along_curves
+from patterndb_sketch.retopo.draft.imprint import cut_along_creases, cut_along_curves
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
 from patterndb_sketch.retopo.draft.remesh import remesh_parts
+from patterndb_sketch.retopo.draft.sharpedges import SharpRule
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
     AT_LINE,
@@ -48,9 +50,11 @@ from patterndb_sketch.retopo.filling import (
     FilledNetwork,
     PlacedCache,
     choose_counts,
+    fill_between,
     fill_network,
+    has_suitable_fill,
 )
-from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
+from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts, side_lengths
 from patterndb_sketch.retopo.filling.report import Report
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
@@ -58,7 +62,7 @@ from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
-from patterndb_sketch.retopo.wording import format_place
+from patterndb_sketch.retopo.wording import count_places, format_place, round_down
 from query.engine import PatternSource
 
 #: Edges of the mesh that the field is solved on, in target edges.
@@ -119,6 +123,56 @@ class DraftBudget:
         self.left -= quads
 
 
+#: A draft of few quads may be this part of their edges off: at 300 quads a sphere is 2 % of its
+#: diagonal off its own fills.
+OFF_IN_EDGES = 0.4
+
+
+@dataclass(frozen=True, slots=True)
+class DraftGoal:
+    """What a draft is to be like.
+
+    quad: the edge length that the wanted number of quads gives, in the surface's unit; None if no
+    number is wanted, and edges are as long as the sizes have them.
+    sharp: which edges are creases that are kept; None for none of them.
+    closed: are creases with an open end left out?
+    """
+
+    quad: float | None = None
+    sharp: SharpRule | None = None
+    closed: bool = False
+
+    def count_quads(self, ground: Ground) -> float | None:
+        """Return how many quads a ground is to have, None if no number is wanted."""
+        return None if self.quad is None else float(ground.surface.areas.sum()) / self.quad**2
+
+    def allow_off(self, ground: Ground) -> float:
+        """Return how far off a ground quads may be, in its diagonals."""
+        if self.quad is None:
+            return MOST_OFF
+        return max(MOST_OFF, OFF_IN_EDGES * self.quad / ground.diagonal)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DraftTask:
+    """What is drafted, and with what.
+
+    network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
+    on which lines end; what patches cover stays as it is.
+    half: that the ground is of a symmetric surface, if it is one: quads are fitted to both sides,
+    and reports are about both.
+    budget: when it is spent, no other setting is tried.
+    """
+
+    network: Network
+    ground: Ground
+    sizes: Sizes
+    source: PatternSource
+    half: Half | None = None
+    goal: DraftGoal = DraftGoal()
+    budget: DraftBudget = field(default_factory=DraftBudget)
+
+
 @dataclass(frozen=True, slots=True)
 class DraftSetting:
     """alignment: how much directions of curvature weigh. merging: singularities of opposed
@@ -155,6 +209,7 @@ class DraftedNetwork:
     setting: DraftSetting
     singular: int
     cost: float
+    edge: float
 
 
 def draft_network(
@@ -164,6 +219,7 @@ def draft_network(
     setting: DraftSetting,
     field: CrossField,
     budget: DraftBudget | None = None,
+    wanted: float | None = None,
 ) -> DraftedNetwork:
     """One try, with the field of its setting; raises RefusedError, with the place, where it comes
     to nothing. budget: is spent on lines that come to nothing; no further ones follow then."""
@@ -183,6 +239,8 @@ def draft_network(
             "away, or a smaller edge"
         )
     seeds = _find_tips(network, field, AT_NODE * sizes.edge)
+    if not walls.bare:
+        seeds += _seed_rings(field, seeds)
     regular = RegularParts.of(field, ground)
     laid: tuple[Network, frozenset[int]] | None = None
     why = "some regions would be rings or handles; draw by hand"
@@ -197,6 +255,12 @@ def draft_network(
             # A bare surface that goes on coming out so is too thin for its edges.
             if walls.bare and tried == BARE_SEEDS:
                 raise
+            if not walls.bare and error.at is not None and tried < MOST_SEEDS:
+                more = _seed_rims_at(field, error.at, 2.0 * REMESHED * sizes.edge, seeds)
+                if more:
+                    seeds += more
+                    why = str(error)
+                    continue
             again = again + 1 if str(error) == why else 1
             found, why = None, str(error)
             if again == SAME_REGION:
@@ -213,10 +277,89 @@ def draft_network(
     if laid is None:
         raise RefusedError(why)
     edge = setting.finer * sizes.edge
-    counted, _ = choose_counts(laid[0], edge)
+    if wanted is None:
+        counted, _ = choose_counts(laid[0], edge)
+    else:
+        counted, edge = scale_counts(laid[0], edge, wanted)
     costs = NumberedCounts.of(counted, edge, anew=True)
     cost = sum_costs(costs.problem, costs.counts(counted))
-    return DraftedNetwork(counted, laid[1], setting, len(field.singular), cost)
+    corners = list_corner_indices(field.mesh)
+    singular = int((field.index != corners).sum())
+    return DraftedNetwork(counted, laid[1], setting, singular, cost, edge)
+
+
+#: Quads are as many as wanted within this share, as far as rounds of scaling the edge come to it.
+NEAR_ENOUGH, SCALINGS = 0.03, 6
+
+#: Balls in which counts of the draft that is made are improved.
+BALLS = 4
+
+
+def count_quads(network: Network) -> float:
+    """About how many quads the fills of a network with counts have."""
+    total = 0.0
+    for patch in network.patches.values():
+        n = side_lengths(network, patch)
+        total += 0.25 * (n[0] + n[2]) * (n[1] + n[3]) if len(n) == 4 else (sum(n) / 4.0) ** 2
+    return total
+
+
+def scale_counts(network: Network, edge: float, wanted: float) -> tuple[Network, float]:
+    """The network with counts for about so many quads: bounds that curvature sets go with the edge,
+    so that a coarse mesh is not finer than it is to be; in the end they fall."""
+    best: tuple[float, Network, float] | None = None
+    low, high = 0.0, np.inf
+    for _ in range(SCALINGS):
+        counted, _ = choose_counts(network, edge, n_balls=0)
+        ratio = count_quads(counted) / wanted
+        if best is None or abs(np.log(ratio)) < best[0]:
+            best = abs(float(np.log(ratio))), counted, edge
+        if abs(ratio - 1.0) < NEAR_ENOUGH:
+            break
+        if ratio > 1.0:
+            low = max(low, edge)
+        else:
+            high = min(high, edge)
+        edge *= float(np.sqrt(ratio))
+        if not low < edge < high:
+            edge = float(np.sqrt(low * high)) if np.isfinite(high) and low else edge
+    assert best is not None
+    return best[1], best[2]
+
+
+def improve_counts(draft: DraftedNetwork, wanted: float) -> DraftedNetwork:
+    """With better counts, which take long to find, where there are as many quads then."""
+    better, _ = choose_counts(draft.network, draft.edge, n_balls=BALLS)
+    if abs(float(np.log(count_quads(better) / wanted))) > 2.0 * NEAR_ENOUGH:
+        return draft
+    return replace(draft, network=better)
+
+
+def measure_layout(draft: DraftedNetwork) -> tuple[float, float]:
+    """About how many irregular vertices a draft will have, and how uneven its edges will be."""
+    network = draft.network
+    odd = 0
+    for patch in network.patches.values():
+        n = side_lengths(network, patch)
+        odd += len(n) != 4 or n[0] != n[2] or n[1] != n[3]
+    count = np.array([chain.count for chain in network.chains.values()], float)
+    length = np.array([chain.length for chain in network.chains.values()])
+    used = count > 0
+    mean = length[used].sum() / count[used].sum()
+    off = np.sqrt(np.average((length[used] / count[used] / mean - 1.0) ** 2, weights=count[used]))
+    return draft.singular + 2.0 * odd, float(off)
+
+
+#: So many irregular vertices in a thousand quads weigh as much as edges that differ by so much.
+ODD_IN_THOUSAND, UNEVEN = 20.0, 0.2
+
+#: And as much as so many poor quads in a thousand.
+POOR_IN_THOUSAND = 5.0
+
+
+def price_layout(draft: DraftedNetwork) -> float:
+    odd, uneven = measure_layout(draft)
+    return 1000.0 * odd / count_quads(draft.network) / ODD_IN_THOUSAND + uneven / UNEVEN
 
 
 #: So many numbers of a rank say what is wrong.
@@ -227,21 +370,27 @@ WRONG = 4
 class ProposedDraft:
     """A draft that is made: found: its network, with counts and fills, and where these lie.
     report: of its mesh. flaws: what is wrong with that, in words, with places. rank: the less, the
-    better."""
+    better. poor: (n, 3) the middles of poor quads, the worst first. notes: what the user should
+    know of how it came, in words."""
 
     found: FilledNetwork
     report: Report
     flaws: tuple[str, ...]
     rank: tuple[float, ...]
+    poor: Points
+    notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, found: FilledNetwork, judge: DraftJudge) -> ProposedDraft:
+    def of(
+        cls, found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()
+    ) -> ProposedDraft:
         """Of quads that are fitted."""
         made = judge.report(found)
         off = max(made.to_ground, made.from_ground)
-        wrong = (made.unfilled, made.tangled, made.flipped, max(off - MOST_OFF, 0.0))
+        wrong = (made.unfilled, made.tangled, made.flipped, max(off - judge.most_off, 0.0))
         rank = (*wrong, sum(made.irregular.values()), off)
-        return cls(found, made, judge.list_flaws(found, made), rank)
+        flaws = judge.list_flaws(found, made)
+        return cls(found, made, flaws, rank, judge.find_poor(found), notes)
 
     @property
     def network(self) -> Network:
@@ -252,6 +401,12 @@ class ProposedDraft:
     def sound(self) -> bool:
         """Is nothing wrong with it?"""
         return not any(self.rank[:WRONG])
+
+    @property
+    def price(self) -> float:
+        """The less, the better shaped it is: irregular vertices and poor quads in a thousand."""
+        odd = sum(self.report.irregular.values()) / ODD_IN_THOUSAND
+        return 1000.0 * (odd + len(self.poor) / POOR_IN_THOUSAND) / self.report.quads
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -292,27 +447,131 @@ def _has_long_patch(network: Network, ground: Ground, regular: RegularParts) -> 
 
 
 def propose_draft(
-    network: Network,
-    ground: Ground,
-    sizes: Sizes,
-    source: PatternSource,
-    half: Half | None = None,
-    budget: DraftBudget | None = None,
+    task: DraftTask,
     enough: int = TRIED,
     tell: Callable[[float], None] | None = None,
 ) -> ProposedDraft:
-    """The best draft of all settings.
+    """Propose the best draft of all settings.
 
-    network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
-    on which lines end; what patches cover stays as it is. half: that the ground is of a symmetric
-    surface, if it is one: quads are fitted to both sides, and what is told is of both. budget:
-    when it is spent no other setting is tried. enough: so many settings are tried where one of them
-    is sound. tell: is told before each which share of all settings is done.
+    enough: so many settings are laid out; the cheapest layout (:func:`price_layout`) is filled and
+    fitted, the next ones only if that is not sound, and other settings if none is. tell: is called
+    with the share of settings that are done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
-    given, and where no setting comes to a mesh that is whole and near to the surface;
-    RoundRegionError where the same region has too few corners by two settings.
+    given, and where no setting comes to a layout; RoundRegionError where the same region has too
+    few corners by two settings.
     """
-    budget = budget or DraftBudget()
+    network, mesh, notes = _prepare(task)
+    judge = DraftJudge(task.ground, task.half, task.goal.allow_off(task.ground))
+    samples = sample_both_sides(task.ground, task.half, _find_finest(task))
+    best: ProposedDraft | None = None
+    why: list[str] = []
+    for batch in _lay_out(task, network, mesh, enough, why, tell):
+        for one in batch:
+            if best is not None and task.budget.spent:
+                return best
+            made = _make_draft(task, one, network, samples, judge, notes)
+            if best is None or made.rank < best.rank:
+                best = made
+            if made.sound or judge.is_lopsided(made.found, made.report):
+                return best
+    if best is None:
+        raise RefusedError(f"no draft: {why[0]}")
+    return best
+
+
+def _find_finest(task: DraftTask) -> float:
+    """Return the edge length of the quads, where lines are laid out for fewer."""
+    edge, quad = task.sizes.edge, task.goal.quad
+    return edge if quad is None else min(quad, edge)
+
+
+def _lay_out(
+    task: DraftTask,
+    network: Network,
+    mesh: FieldMesh,
+    enough: int,
+    why: list[str],
+    tell: Callable[[float], None] | None,
+) -> Iterator[list[DraftedNetwork]]:
+    """Lay out the settings whose fields differ: first some, by price, and then one by one.
+
+    enough: how many at first. why: to this is added why a setting comes to nothing.
+    """
+    sizes, budget, wanted = task.sizes, task.budget, task.goal.count_quads(task.ground)
+    # With the same pairs cancelled a field is the same.
+    done: set[tuple[bytes, float, float]] = set()
+    solvers: dict[float, FieldSolver] = {}
+    batch: list[DraftedNetwork] = []
+    laid = False
+    for tried, setting in enumerate(SETTINGS, 1):
+        if tell is not None:
+            tell((tried - 1) / len(SETTINGS))
+        if setting.alignment not in solvers:
+            solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
+        field = solvers[setting.alignment].solve(setting.merging * sizes.edge)
+        key = field.index.tobytes(), setting.alignment, setting.finer
+        if key not in done:
+            done.add(key)
+            try:
+                batch.append(
+                    draft_network(network, task.ground, sizes, setting, field, budget, wanted)
+                )
+                laid = True
+            except RefusedError as error:
+                budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+                if isinstance(error, RoundRegionError) and not laid and str(error) in why:
+                    # By two settings the same region: it is in what is drawn.
+                    raise RoundRegionError(f"no draft: {error}") from error
+                why.append(str(error))
+        if batch and (tried >= enough or budget.spent):
+            yield sorted(batch, key=price_layout)
+            batch = []
+        if budget.spent:
+            break
+    if batch:
+        yield sorted(batch, key=price_layout)
+
+
+def _make_draft(
+    task: DraftTask,
+    one: DraftedNetwork,
+    network: Network,
+    samples: Points,
+    judge: DraftJudge,
+    notes: tuple[str, ...],
+) -> ProposedDraft:
+    """Fill a layout and fit its quads to samples; network: what of it is given."""
+    ground, sizes = task.ground, task.sizes
+    if (wanted := task.goal.count_quads(ground)) is not None:
+        one = improve_counts(one, wanted)
+    found = fill_network(one.network, ground, task.source, sizes.edge, PlacedCache())
+    found = _fill_rest(found, ground, task.source)
+    fitted = replace(sizes, edge=_find_finest(task))
+    found = fit_quads(found, ground, samples, fitted, one.laid, network.patches)
+    made = ProposedDraft.of(found, judge, notes)
+    if not made.sound:
+        task.budget.spend(made.report.quads / (1 if task.half is None else 2))
+    return made
+
+
+def _fill_rest(found: FilledNetwork, ground: Ground, source: PatternSource) -> FilledNetwork:
+    """Fill patches that are refused quads where these are placed one by one: all are fitted."""
+    network, placed = found.network, dict(found.placed)
+    for number in sorted(network.patches.keys() - placed.keys()):
+        if has_suitable_fill(network, network.patches[number]):
+            # What lies within it is not joined to it.
+            continue
+        try:
+            network, placed[number] = fill_between(network, ground, source, number)
+        except RefusedError:
+            # It has no fill at all, which is a flaw of the draft.
+            continue
+    return replace(found, network=network, placed=placed)
+
+
+def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
+    """Return the network with creases, its field's mesh, cut open along all curves, and notes."""
+    network, ground, sizes = task.network, task.ground, task.sizes
     check_ground(ground)
     faces = list_kept_faces(network)
     if faces:
@@ -321,90 +580,70 @@ def propose_draft(
             f"faces that were given stay as they are, the first at {format_place(at)}: a draft "
             "goes round none; go on by hand"
         )
-    even = Ground.of(*remesh_parts(ground, REMESHED * sizes.edge))
-    crowded = np.flatnonzero(np.diff(even.topology.side_start) > 2)
-    if len(crowded):
-        raise RefusedError(
-            "no draft: triangles of even edges would lie on top of each other at "
-            f"{format_place(even.topology.middles[crowded[0]])}: the surface is folded there, or "
-            "has needles; mend it, or draw by hand"
-        )
-    mesh = FieldMesh.of(even)
-    _refuse_laces(mesh, sizes.edge)
-    if not all(chain.marked for chain in network.chains.values()):
-        mesh = cut_along_curves(network, mesh, REMESHED * sizes.edge)
-    judge = DraftJudge(ground, half)
-    samples = sample_both_sides(ground, half, sizes.edge)
-    best: ProposedDraft | None = None
-    # With the same pairs cancelled a field is the same.
-    done: set[tuple[bytes, float, float]] = set()
-    solvers: dict[float, FieldSolver] = {}
-    why: list[str] = []
-    for tried, setting in enumerate(SETTINGS, 1):
-        sound = best is not None and best.sound
-        if (tried > enough and sound) or (budget.spent and not sound and tried > 1):
-            break
-        if tell is not None:
-            tell((tried - 1) / len(SETTINGS))
-        if setting.alignment not in solvers:
-            solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
-        field = solvers[setting.alignment].solve(setting.merging * sizes.edge)
-        key = field.index.tobytes(), setting.alignment, setting.finer
-        if key in done:
-            continue
-        done.add(key)
-        try:
-            one = draft_network(network, ground, sizes, setting, field, budget)
-        except RoundRegionError as error:
-            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
-            if best is None and str(error) in why:
-                # By two settings the same region: it is in what is drawn.
-                raise RoundRegionError(f"no draft: {error}") from error
-            why.append(str(error))
-            continue
-        except RefusedError as error:
-            budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
-            why.append(str(error))
-            continue
-        found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
-        found = fit_quads(found, ground, samples, sizes, one.laid, network.patches)
-        made = ProposedDraft.of(found, judge)
-        if not made.sound:
-            budget.spend(made.report.quads / (1 if half is None else 2))
-        if best is None or made.rank < best.rank:
-            best = made
-        if judge.is_lopsided(found, made.report):
-            break
-    if best is None:
-        raise RefusedError(f"no draft: {why[0]}")
-    judge.refuse_bad(best.report, best.found)
-    return best
+    fine = REMESHED * sizes.edge
+    drawn = [c for c, chain in network.chains.items() if not chain.marked]
+    creases = None
+    if task.goal.sharp is not None:
+        creases = add_creases(network, ground, sizes, task.goal.sharp, closed=task.goal.closed)
+    notes: tuple[str, ...] = ()
+    if creases is None:
+        even = Ground.of(*remesh_parts(ground, fine))
+        crowded = np.flatnonzero(np.diff(even.topology.side_start) > 2)
+        if len(crowded):
+            raise RefusedError(
+                "no draft: triangles of even edges would lie on top of each other at "
+                f"{format_place(even.topology.middles[crowded[0]])}: the surface is folded there, "
+                "or has needles; mend it, or draw by hand"
+            )
+        mesh = FieldMesh.of(even)
+        _refuse_laces(mesh, sizes.edge, ground.diagonal)
+    else:
+        network = creases.network
+        _refuse_laces(FieldMesh.of(ground), sizes.edge, ground.diagonal)
+        mesh = cut_along_creases(network, ground, creases.half, fine)
+        if len(creases.clipped):
+            where = count_places("a place", "places", creases.clipped)
+            notes = (f"creases stop short of drawn curves in {where}",)
+    if drawn:
+        mesh = cut_along_curves(network, mesh, fine, drawn)
+    return network, mesh, notes
 
 
 #: A loop around a handle, or through one, is at least so many target edges long: three quads close
 #: a tube, and it has no shape with fewer.
 LEAST_AROUND = 3.0
 
+#: Edges that close around a thin handle are shorter by this part: on a finer mesh the loop is a
+#: little shorter.
+CLOSING = 0.9
+
+#: Edges of a draft are no shorter than this part of the diagonal: they give a hundred thousand
+#: quads.
+LEAST_EDGE = 0.004
+
 
 class LaceError(RefusedError):
-    """A handle of the surface is too thin; edge: a length with which it is not."""
+    """A handle of the surface is too thin; edge: a length with which it is not, perhaps shorter
+    than a draft may have."""
 
     def __init__(self, message: str, edge: float) -> None:
         super().__init__(message)
         self.edge = edge
 
 
-def _refuse_laces(mesh: FieldMesh, edge: float) -> None:
+def _refuse_laces(mesh: FieldMesh, edge: float, diagonal: float) -> None:
     """LaceError, with the place, for a surface with a handle that no ring of quads of this edge
     goes around, or through: a lace, or the slit below it."""
     found = find_shortest_handle(mesh)
     if found is not None and found.length < LEAST_AROUND * edge:
-        finer = found.length / LEAST_AROUND
+        finer = round_down(CLOSING * found.length / LEAST_AROUND)
+        ways = ["close the opening if it is not meant", "draw by hand"]
+        if finer >= LEAST_EDGE * diagonal:
+            ways.insert(0, f"take an edge of {finer:g}")
         raise LaceError(
             f"no draft: a handle of the surface, or the opening through it, is {found.length:.3g} "
             f"around at {format_place(found.middle)}, and an edge is {edge:.3g}: no ring of quads "
-            f"closes there; take an edge of {finer:.2g}, close the opening if it is none, or draw "
-            "by hand",
+            f"closes there; {', '.join(ways[:-1])}, or {ways[-1]}",
             finer,
         )
 
@@ -448,6 +687,87 @@ def _find_seed(field: CrossField, regular: RegularParts, seeds: list[int]) -> in
     # Parts that have none of these are infinitely far.
     far[~inner] = -1.0
     return int(far.argmax())
+
+
+def _seed_rings(field: CrossField, seeds: list[int]) -> list[int]:
+    """A vertex of each part between drawn curves that no line begins in: of its border, or within
+    it where it has none."""
+    mesh = field.mesh
+    parts = GroundParts.of(mesh.ground)
+    of_vertex = np.full(len(mesh.vertices), -1)
+    of_vertex[mesh.triangles.ravel()] = np.repeat(parts.part, 3)
+    # Of a ring few lines would leave patches that go around it, which have no shape.
+    lines = np.zeros(parts.parts)
+    for vertex in (*field.singular.tolist(), *seeds):
+        all_of = (1 if mesh.on_border[vertex] else 4) - int(field.index[vertex])
+        lines[of_vertex[vertex]] += max(all_of, 0)
+    corners = np.bincount(
+        of_vertex[np.flatnonzero(mesh.on_border & (field.index == 1))], minlength=parts.parts
+    )
+    rims = np.bincount(
+        [of_vertex[loop[0]] for loop in _list_rims(mesh)] or [0], minlength=parts.parts
+    )
+    begun = (lines >= LEAST_ACROSS) | ((rims < 2) & (lines + corners > 0))
+    found: list[int] = []
+    for part in np.flatnonzero(~begun).tolist():
+        own = of_vertex == part
+        rim = np.flatnonzero(own & mesh.on_border)
+        if len(rim):
+            found += [v for v in _spread_along_rim(mesh, own) if field.index[v] == 0]
+    return found
+
+
+#: Lines across a ring that has no corner: a patch goes no further around it than a quarter.
+ACROSS_RING = 4
+
+#: A ring with so many lines needs no more.
+LEAST_ACROSS = 3
+
+
+def _seed_rims_at(field: CrossField, at: Points, near: float, seeds: list[int]) -> list[int]:
+    """Vertices that divide borders at a point evenly, of those that have no seed yet."""
+    mesh = field.mesh
+    found: list[int] = []
+    for loop in _list_rims(mesh):
+        away = np.linalg.norm(mesh.vertices[loop] - at, axis=1).min()
+        if away <= near and not set(loop) & set(seeds):
+            found += [v for v in _divide_rim(mesh, loop) if field.index[v] == 0]
+    return found
+
+
+def _spread_along_rim(mesh: FieldMesh, own: NDArray[np.bool_]) -> list[int]:
+    """Vertices that divide the longest border of a part evenly."""
+    loops = [loop for loop in _list_rims(mesh) if own[loop[0]]]
+    return _divide_rim(mesh, max(loops, key=lambda one: float(_measure_rim(mesh, one).sum())))
+
+
+def _list_rims(mesh: FieldMesh) -> list[list[int]]:
+    """The vertices around every border."""
+    border = mesh.ground.topology.border
+    tail = mesh.triangles.ravel()[border]
+    head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
+    ahead = {int(a): int(b) for a, b in zip(tail, head, strict=True)}
+    loops: list[list[int]] = []
+    left = set(ahead)
+    while left:
+        loop = [min(left)]
+        left.discard(loop[0])
+        while (after := ahead.get(loop[-1], -1)) in left:
+            loop.append(after)
+            left.discard(after)
+        loops.append(loop)
+    return loops
+
+
+def _measure_rim(mesh: FieldMesh, loop: list[int]) -> NDArray[np.float64]:
+    return np.linalg.norm(np.diff(mesh.vertices[[*loop, loop[0]]], axis=0), axis=1)
+
+
+def _divide_rim(mesh: FieldMesh, loop: list[int]) -> list[int]:
+    along = np.cumsum(_measure_rim(mesh, loop))
+    wanted = along[-1] * np.arange(ACROSS_RING) / ACROSS_RING
+    found = dict.fromkeys(np.searchsorted(along, wanted).tolist())
+    return [loop[k] for k in found if k < len(loop)]
 
 
 def _find_tips(network: Network, field: CrossField, near: float) -> list[int]:

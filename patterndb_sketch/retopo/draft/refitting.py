@@ -80,7 +80,7 @@ def refit_quads(
 
 def list_unfitted(before: Network, after: Network) -> list[int]:
     """The patches beside a draft's curves that have another fill than before, or are to get one,
-    and hold none of its vertices."""
+    and hold none of its vertices, on borders or within."""
     found: list[int] = []
     for patch in after.patches.values():
         if not any(after.chains[half >> 1].laid for half in patch.loop):
@@ -88,10 +88,6 @@ def list_unfitted(before: Network, after: Network) -> list[int]:
         filling = filling_of(patch)
         suits = has_suitable_fill(after, patch)
         if suits and filling.moved[0]:
-            continue
-        choice = filling.choice
-        if suits and choice is not None and choice.n_vertices == choice.perimeter:
-            # Nothing lies within it.
             continue
         former = before.patches.get(patch.id)
         if former is not None and former.choice == patch.choice and former.loop == patch.loop:

@@ -34,6 +34,10 @@ LONGEST_MOVE = 1.0
 #: diagonal of its box: on eyes and laces of a few edges' size a field has its singularities, too.
 FEWEST, AROUND = 300, 8
 
+#: Of more triangles than these, edges of such parts are no shorter than this part of the wanted
+#: length: slivers would get millions of them.
+MOST_SMALL, LEAST_SHARE = 1000, 0.15
+
 #: Area of an equilateral triangle, in squared edges.
 EQUILATERAL = np.sqrt(3.0) / 4.0
 
@@ -52,6 +56,8 @@ def remesh_parts(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
     np.maximum.at(high, found.part, corner.max(axis=1))
     length = np.linalg.norm(high - low, axis=1)
     finest = np.minimum(np.sqrt(areas / (FEWEST * EQUILATERAL)), areas / (AROUND * length))
+    floor = np.minimum(np.sqrt(areas / (MOST_SMALL * EQUILATERAL)), LEAST_SHARE * edge)
+    finest = np.maximum(finest, floor)
     small = finest < edge
     if not small.any():
         return remesh_evenly(ground, edge)

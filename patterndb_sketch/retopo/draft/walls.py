@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from patterndb.geometry.points import Points, units
+from patterndb.geometry.points import Floats, Points, units
 from patterndb_sketch.retopo.draft.assembly import BEYOND, InWedge, OnWall
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Chain, HalfChain, Network, find_nearest_place
@@ -16,6 +16,9 @@ from patterndb_sketch.retopo.network.samples import Samples, take_chain_samples
 
 #: Lines end no nearer to the end of a chain than so many of its samples.
 OFF_ENDS = 0.25
+
+#: Places on a curve are equally near if their distances differ by less than this, in its lengths.
+NEARLY = 1e-6
 
 #: What ends beside a node, as far as ends are taken to it, is by this much in its order from what
 #: ends at the node itself; no vertex has more triangles.
@@ -55,6 +58,15 @@ class Walls:
         of = self._samples
         return units(np.roll(of.points, -1, axis=0) - np.roll(of.points, 1, axis=0))
 
+    @cached_property
+    def _segments(self) -> tuple[Points, Points]:
+        """(m, 3) the samples, and (m, 3) the steps from them to the next of their chains."""
+        of = self._samples
+        after = np.arange(1, len(of.points) + 1)
+        first, last = of.starts[:-1], of.starts[1:] - 1
+        after[last] = np.where(of.loose, first, last)
+        return of.points, of.points[after] - of.points
+
     def find_place(self, point: Points, ahead: Points, middle: Points) -> OnWall | InWedge:
         """The place nearest to a point (3,) of a side of the field's mesh, where a chain runs along
         its direction (3,) or against it: of two borders that nearly touch, the one that is meant.
@@ -76,37 +88,36 @@ class Walls:
 
     def _find_drawn(self, point: Points, ahead: Points, middle: Points) -> OnWall | InWedge:
         """See :meth:`find_place`, where curves are drawn."""
-        chain = self.network.chains[self._find_chain(middle, ahead)]
-        # At the middle of the side: at its end the curve may turn.
-        k = int(np.linalg.norm(chain.points - middle, axis=1).argmin())
-        forth = _runs_along(chain, k, ahead)
-        at = self._find_node(chain, point, 2 * chain.id + (not forth))
+        of, (begin, step) = self._samples, self._segments
+        # At the middle of the side: at its end the curve may turn, and others end. By segments:
+        # the nearest sample may be a node.
+        along = np.abs(step @ ahead) > 0.5 * np.linalg.norm(step, axis=1) * np.linalg.norm(ahead)
+        _, away = _project_on(begin, step, middle)
+        k = int(np.where(along | ~along.any(), away, np.inf).argmin())
+        chain = self.network.chains[int(of.chain[k])]
+        forth = bool(step[k] @ ahead > 0.0)
+        mine = of.chain == chain.id
+        share, away = _project_on(begin[mine], step[mine], point)
+        place = of.place[mine] + share
+        # Of a closed curve both ends are at one place.
+        far = np.abs(place - of.place[k]) / len(place)
+        there = float(place[(away + NEARLY * chain.length * far).argmin()])
+        at = self._find_node(chain, point, there, 2 * chain.id + (not forth))
         if at is not None:
             return at
-        of = take_chain_samples({chain.id: chain})
-        near = int(np.linalg.norm(of.points - point, axis=1).argmin())
-        found = find_nearest_place(of, point, of.normals[near], np.inf)
-        assert found is not None
         # The mesh is on the left of its border's sides.
         left = chain.marks[0] == "" if chain.marked else forth
-        return OnWall(chain.id, _keep_off_ends(chain, found.place), left)
+        return OnWall(chain.id, _keep_off_ends(chain, there), left)
 
-    def _find_chain(self, point: Points, ahead: Points) -> int:
-        """The chain nearest to a point that runs along a direction, or against it."""
-        of = self._samples
-        away = np.linalg.norm(of.points - point, axis=1)
-        along = np.abs(self._tangents @ ahead) > 0.5 * np.linalg.norm(ahead)
-        near = int(np.where(along | ~along.any(), away, np.inf).argmin())
-        found = find_nearest_place(of, of.points[near], of.normals[near], np.inf)
-        assert found is not None
-        return found.chain
-
-    def _find_node(self, chain: Chain, point: Points, half: HalfChain) -> InWedge | None:
-        """The wedge at an end of a chain, if that is near and a drawn curve ends there; half: that
-        has the mesh on its left."""
+    def _find_node(
+        self, chain: Chain, point: Points, place: float, half: HalfChain
+    ) -> InWedge | None:
+        """The wedge at an end of a chain, if that is near and a drawn curve ends there; place: of
+        the point on it. half: that has the mesh on its left."""
         if chain.loose:
             return None
-        for end in (half, half ^ 1):
+        ends = (half, half ^ 1)
+        for end in ends if (place < 0.5 * chain.segments) == (half & 1 == 0) else ends[::-1]:
             node = self.network.nodes[self.network.origin(end)]
             away = float(np.linalg.norm(node.point - point))
             if node.id in self.drawn and away <= self.snap:
@@ -119,14 +130,11 @@ class Walls:
         return None
 
 
-def _runs_along(chain: Chain, k: int, ahead: Points) -> bool:
-    """Does a chain run along a direction (3,) at its sample k, rather than against it?"""
-    n = len(chain.points)
-    if chain.loose:
-        low, high = (k - 2) % n, (k + 2) % n
-    else:
-        low, high = max(k - 2, 0), min(k + 2, n - 1)
-    return bool((chain.points[high] - chain.points[low]) @ ahead > 0.0)
+def _project_on(begin: Points, step: Points, point: Points) -> tuple[Floats, Floats]:
+    """Return (m,) the part of each segment at which it is nearest to a point, and (m,) how far."""
+    share = np.einsum("mc,mc->m", point - begin, step)
+    share = np.clip(share / np.maximum(np.einsum("mc,mc->m", step, step), 1e-300), 0.0, 1.0)
+    return share, np.linalg.norm(begin + share[:, None] * step - point, axis=1)
 
 
 def _keep_off_ends(chain: Chain, place: float) -> float:

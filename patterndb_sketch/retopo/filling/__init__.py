@@ -19,6 +19,7 @@ from patterndb_sketch.retopo.filling.edgecounts import (
 from patterndb_sketch.retopo.filling.fills import (
     add_flow,
     clear_flows,
+    fill_between,
     filling_of,
     has_suitable_fill,
     rank_fills,
@@ -56,6 +57,7 @@ __all__ = [
     "clear_flows",
     "complete_counts",
     "divide_chain",
+    "fill_between",
     "fill_network",
     "filling_of",
     "find_irregular_vertices",

@@ -15,6 +15,7 @@ from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.filling.placing import (
     PlacedPatch,
     is_divided_alike,
+    place_between,
     place_fill,
     trace_border,
 )
@@ -105,6 +106,21 @@ def fill_patch(
             "from side to side"
         )
     return best
+
+
+def fill_between(
+    network: Network, ground: Ground, source: PatternSource, patch: int
+) -> tuple[Network, PlacedPatch]:
+    """The network with the first fill of a patch, placed by :func:`place_between`.
+
+    Raises RefusedError where there is none.
+    """
+    at = network.patches[patch]
+    fill = next(iter(rank_fills(network, at, source, 1)), None)
+    if fill is None:
+        raise RefusedError(f"patch {patch} has no fill that follows its flow lines")
+    network = _with_fill(network, at, fill, "program")
+    return network, place_between(network, ground, network.patches[patch])
 
 
 def release_vertices(before: Network, after: Network) -> Network:

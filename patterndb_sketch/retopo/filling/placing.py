@@ -10,6 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array, diags_array
+from scipy.sparse.linalg import splu
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
@@ -175,6 +177,37 @@ def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     normals = ground.nearest(vertices).normals
     wrong = np.flatnonzero(flipped(quads, vertices, normals)).astype(np.int32)
     return PlacedPatch(quads, vertices, normals, choice.perimeter, wrong, at_rest)
+
+
+def place_between(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
+    """The quads of a patch, which must have a choice, with its inner vertices between those on its
+    border, each projected by itself: without asking whether the patch is a disk of the ground.
+
+    It is where quads begin that are fitted as a whole; on thin plates and rings paths over the
+    ground from one vertex of the border to the next cross each other, and enclose nothing.
+    """
+    filling: Filling = patch.choice
+    choice = filling.choice
+    if choice is None:
+        raise ValueError(f"patch {patch.id} has no fill yet")
+    n = choice.n_vertices
+    sides = choice.faces, np.roll(choice.faces, -1, axis=1)
+    tail, head = (np.concatenate([one.ravel(), two.ravel()]) for one, two in (sides, sides[::-1]))
+    beside = coo_array((np.ones(len(tail)), (tail, head)), (n, n)).tocsr()
+    beside.data[:] = 1.0
+    within = slice(choice.perimeter, n)
+    points, up = np.empty((n, 3)), np.empty((n, 3))
+    points[: choice.perimeter] = lay_border(network, patch, ground)
+    up[: choice.perimeter] = trace_border(network, patch)[1]
+    if n > choice.perimeter:
+        own = diags_array(beside.sum(axis=1)[within]) - beside[within, within]
+        solve = splu(own.tocsc()).solve
+        points[within] = solve(beside[within, : choice.perimeter] @ points[: choice.perimeter])
+        up[within] = units(solve(beside[within, : choice.perimeter] @ up[: choice.perimeter]))
+        there = ground.nearest_facing(points[within], up[within])
+        points[within], up[within] = there.points, there.normals
+    wrong = np.flatnonzero(flipped(choice.faces, points, up)).astype(np.int32)
+    return PlacedPatch(choice.faces, points, up, choice.perimeter, wrong, True)
 
 
 def fill_of(choice: Choice) -> Fill:

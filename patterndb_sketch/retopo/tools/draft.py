@@ -8,71 +8,207 @@ from typing import Any
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
+from patterndb_sketch.retopo.arguments import (
+    Argument,
+    Flag,
+    Number,
+    WordOrNumber,
+    optional_length,
+)
 from patterndb_sketch.retopo.draft.byparts import (
     EDGES,
-    LEAST_EDGE,
     fill_as_placed,
     propose_by_parts,
 )
-from patterndb_sketch.retopo.draft.judging import DraftJudge
+from patterndb_sketch.retopo.draft.judging import POOR_QUAD, DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import IN_VAIN_BY_HALVES, ProposedDraft
+from patterndb_sketch.retopo.draft.proposing import (
+    IN_VAIN_BY_HALVES,
+    LEAST_EDGE,
+    DraftBudget,
+    DraftGoal,
+    DraftTask,
+    ProposedDraft,
+)
+from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
-from patterndb_sketch.retopo.symmetry import Half, begin_symmetry, cut_half, propose_plane
+from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
+from patterndb_sketch.retopo.symmetry.half import Half
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.wording import count_places, format_place
+from patterndb_sketch.retopo.wording import count_places, format_place, round_down, round_up
 
 #: Edges of a draft, in parts of the surface's diagonal, are no longer: they would leave no shape.
 MOST_EDGE = 0.15
 
+#: Lines are laid out as for no more than so many quads: more would divide finer, and no better.
+MOST_LAID = 2500
+
+#: Where a half has more poor quads in a thousand, the whole is tried, too. A plate with a hole has
+#: 13, and without symmetry 2; a koala has 7, and its symmetry is worth more than these.
+POOR_HALF = 10.0
+
+#: A number of quads is met within this share.
+NEAR_COUNT = 0.1
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _MadeDraft:
-    """A draft, the state but for its network, and what there is to say."""
+    """A draft, the state without its network, and notes. creased: does it keep all creases?"""
 
     made: ProposedDraft
     state: State
     notes: tuple[str, ...]
+    creased: bool
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    state = work.state
-    if a["edge"] is not None:
-        state = replace(state, sizes=replace(state.sizes, edge=a["edge"]))
-    low, high = _list_edges(work.ground)
-    if not low <= state.sizes.edge <= high:
-        raise RefusedError(
-            f"an edge of {state.sizes.edge:g} is out of proportion for a draft of this surface; "
-            f"give edge from {low:.3g} to {high:.3g}"
-        )
-    told: tuple[str, ...] = ()
+    state, goal = _read_goal(work, a)
     parted = part_touching(work.ground)
     ground = parted.ground
+    notes: list[str] = []
     if len(parted.touching):
         places = work.ground.vertices[parted.touching]
         said = count_places("a vertex", "vertices", places)
-        told = (f"parts of the surface touch in {said}: drafted as if they did not",)
-    best = _draft_by_halves(work, state, ground) if a["symmetry"] else _draft(work, state, ground)
-    if not best.made.sound:
-        where = f"; {told[0]}" if told else ""
+        notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
+    drafting = _Drafting(work, state, ground, a["symmetry"], a["strict"])
+    best = drafting.draft(goal)
+    made = best.made
+    if not made.sound and (a["strict"] or made.report.tangled or not made.report.quads):
         raise RefusedError(
-            f"no draft: there would be {'; '.join(best.made.flaws)}, by all that was tried{where}; "
+            f"no draft: there would be {'; '.join(made.flaws)}, by all that was tried; "
             "take another edge, mend the surface there, or draw by hand"
         )
-    if ground is not work.ground:
-        try:
-            best = _fill_touching(work, best)
-        except RefusedError as error:
-            if best.state.plane is state.plane:
-                raise
-            whole = _give_up_halves(_draft(work, state, ground), str(error))
-            best = _fill_touching(work, whole)
+    if ground is not work.ground and made.sound:
+        best = drafting.fill_touching(best, goal)
     now = replace(best.state, network=best.made.network)
-    return Result(now, (*told, *best.notes, *_describe(best)))
+    if goal.quad is not None:
+        now = replace(now, sizes=replace(now.sizes, edge=goal.quad))
+    return Result(now, (*notes, *best.notes, *_describe(best, a["quads"])))
+
+
+def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
+    """Read what is wanted; raises RefusedError for edges out of proportion."""
+    state, ground = work.state, work.ground
+    low, high = LEAST_EDGE * ground.diagonal, MOST_EDGE * ground.diagonal
+    quad: float | None = None
+    edge = state.sizes.edge if a["edge"] is None else a["edge"]
+    if a["quads"] is not None:
+        if a["edge"] is not None:
+            raise RefusedError("edge and quads both say how fine a draft is; give one of them")
+        area = float(ground.surface.areas.sum())
+        quad = float(np.sqrt(area / a["quads"]))
+        edge = min(max(quad, float(np.sqrt(area / MOST_LAID)), low), high)
+    if not low <= edge <= high:
+        raise RefusedError(
+            f"an edge of {edge:g} is out of proportion for a draft of this surface; "
+            f"give edge from {round_up(low):g} to {round_down(high):g}"
+        )
+    state = replace(state, sizes=replace(state.sizes, edge=edge))
+    sharp = a["sharp"]
+    rules = {"auto": AUTOMATIC, "none": None}
+    return state, DraftGoal(quad, rules[sharp] if sharp in rules else SharpRule.above(sharp))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Drafting:
+    """Drafts of one surface with different goals.
+
+    symmetry: is a symmetric surface drafted by halves? strict: is all refused where something is?
+    """
+
+    work: ToolWork
+    state: State
+    ground: Ground
+    symmetry: bool
+    strict: bool
+
+    def draft(self, goal: DraftGoal) -> _MadeDraft:
+        """Draft one half where the surface is symmetric, bare and comes out well so; else all."""
+        halves, why = self._draft_half(goal)
+        if halves is None:
+            whole = self._draft_all(goal)
+            return whole if why is None else _give_up_halves(whole, why)
+        made = halves.made
+        poor = len(made.poor) > POOR_HALF * made.report.quads / 1000.0
+        if made.sound and halves.creased and not poor:
+            return halves
+        try:
+            whole = self._draft_all(goal)
+        except RefusedError:
+            return halves
+        if made.sound != whole.made.sound:
+            better = whole.made.sound
+        elif not made.sound:
+            better = whole.made.rank < made.rank
+        elif halves.creased != whole.creased:
+            better = whole.creased
+        else:
+            better = whole.made.price < made.price
+        if not better:
+            return halves
+        if not made.sound:
+            lost = f"there would be {'; '.join(made.flaws)}"
+        elif halves.creased:
+            lost = "there would be " + count_places("a poor quad", "poor quads", made.poor)
+        else:
+            lost = "sharp edges would be lost"
+        return _give_up_halves(whole, lost)
+
+    def _draft_all(self, goal: DraftGoal) -> _MadeDraft:
+        """Draft all that is worked on."""
+        work, diagonal = self.work, self.work.ground.diagonal
+        low, high = LEAST_EDGE * diagonal, MOST_EDGE * diagonal
+        edges = tuple(times for times in EDGES if low <= times * self.state.sizes.edge <= high)
+        task = DraftTask(work.network, self.ground, self.state.sizes, work.source, work.half, goal)
+        found = propose_by_parts(task, edges, strict=self.strict)
+        return _MadeDraft(found.made, self.state, found.notes, found.creased)
+
+    def _draft_half(self, goal: DraftGoal) -> tuple[_MadeDraft | None, str | None]:
+        """Draft one half; None where the surface has none, and where that is refused, with why."""
+        work, state, ground = self.work, self.state, self.ground
+        drawn = any(not chain.marked for chain in work.network.chains.values())
+        may_halve = self.symmetry and not drawn and state.plane is None
+        found = propose_plane(ground) if may_halve else None
+        if found is None or not found.symmetric:
+            return None, None
+        try:
+            half = cut_half(ground, found.plane)
+            if half.in_plane:
+                at = format_place(_find_in_plane(ground, half))
+                raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
+            seam = begin_symmetry(work.network, half, state.sizes.sampling).network
+            # Where a seam alone closes a loop it is a patch: of a draft its lines are to go there.
+            seam = replace(seam, patches={})
+            if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
+                return None, None
+            budget = DraftBudget(IN_VAIN_BY_HALVES)
+            task = DraftTask(seam, half.ground, state.sizes, work.source, half, goal, budget)
+            by_parts = propose_by_parts(task)
+        except RefusedError as error:
+            return None, str(error)
+        if not by_parts.made.sound and GroundParts.of(half.ground).parts > 1:
+            # It is of one part alone.
+            return None, f"there would be {'; '.join(by_parts.made.flaws)}"
+        notes = (f"symmetry is on: {found.describe()}", *by_parts.notes)
+        now = replace(state, plane=found.plane)
+        return _MadeDraft(by_parts.made, now, notes, by_parts.creased), None
+
+    def fill_touching(self, draft: _MadeDraft, goal: DraftGoal) -> _MadeDraft:
+        """Fill the draft of a ground that was parted on the ground as it is.
+
+        Raises RefusedError, with the place, where its quads are not sound there: where parts touch.
+        """
+        try:
+            return _fill_touching(self.work, draft)
+        except RefusedError as error:
+            if draft.state.plane is self.state.plane:
+                raise
+            whole = self._draft_all(goal)
+            return _fill_touching(self.work, _give_up_halves(whole, str(error)))
 
 
 def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
@@ -96,60 +232,6 @@ def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
     return replace(draft, made=made)
 
 
-def _list_edges(ground: Ground) -> tuple[float, float]:
-    """The least and the greatest edge of a draft of a ground."""
-    return LEAST_EDGE * ground.diagonal, MOST_EDGE * ground.diagonal
-
-
-def _draft(work: ToolWork, state: State, ground: Ground) -> _MadeDraft:
-    """A draft of all that is worked on."""
-    low, high = _list_edges(work.ground)
-    edges = tuple(times for times in EDGES if low <= times * state.sizes.edge <= high)
-    found = propose_by_parts(work.network, ground, state.sizes, work.source, work.half, edges)
-    return _MadeDraft(found.made, state, found.notes)
-
-
-def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft:
-    """A draft of one half where the surface is symmetric, bare and comes out well so; else of
-    all."""
-    drawn = any(not chain.marked for chain in work.network.chains.values())
-    found = None if drawn or state.plane is not None else propose_plane(ground)
-    if found is None or not found.symmetric:
-        return _draft(work, state, ground)
-    try:
-        half = cut_half(ground, found.plane)
-        if half.in_plane:
-            at = format_place(_find_in_plane(ground, half))
-            raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
-        seam = begin_symmetry(work.network, half, state.sizes.sampling).network
-        # Where a seam alone closes a loop it is a patch: of a draft its lines are to go there.
-        seam = replace(seam, patches={})
-        if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
-            return _draft(work, state, ground)
-        by_parts = propose_by_parts(
-            seam,
-            half.ground,
-            state.sizes,
-            work.source,
-            half,
-            most_in_vain=IN_VAIN_BY_HALVES,
-        )
-    except RefusedError as error:
-        return _give_up_halves(_draft(work, state, ground), str(error))
-    said = f"symmetry is on: {found.describe()}"
-    made = by_parts.made
-    by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said, *by_parts.notes))
-    if made.sound:
-        return by_halves
-    try:
-        whole = _draft(work, state, ground)
-    except RefusedError:
-        return by_halves
-    if made.rank <= whole.made.rank:
-        return by_halves
-    return _give_up_halves(whole, f"there would be {'; '.join(made.flaws)}")
-
-
 def _give_up_halves(whole: _MadeDraft, why: str) -> _MadeDraft:
     """A draft of the whole surface that says why it is not one of halves."""
     said = f"not by halves, though the surface is symmetric: {why}"
@@ -162,19 +244,28 @@ def _find_in_plane(ground: Ground, half: Half) -> Points:
     return ground.vertices[ground.triangles[off.argmin()]].mean(axis=0)
 
 
-def _describe(draft: _MadeDraft) -> tuple[str, ...]:
-    """What came of it, in words."""
+def _describe(draft: _MadeDraft, wanted: int | None) -> tuple[str, ...]:
+    """Describe what came of it, and what is wrong with it, with places."""
     report = draft.made.report
     off = 100 * max(report.to_ground, report.from_ground)
     own = len(draft.made.network.patches)
     patches = "1 patch" if own == 1 else f"{own} patches"
     if draft.state.plane is not None:
         patches += " on each side"
-    said = (
+    said = [
         f"{patches}, {report.quads} quads, "
         f"{sum(report.irregular.values())} irregular vertices, {off:.2g} % off at most"
-    )
-    return (said, *draft.made.flaws)
+    ]
+    if wanted is not None and abs(report.quads / wanted - 1.0) > NEAR_COUNT:
+        more = report.quads > wanted
+        why = "the least that its curves and patches need" if more else "the most that was found"
+        said.append(f"{wanted} quads were asked for; {report.quads} are {why}")
+    if len(poor := draft.made.poor):
+        said.append(
+            f"a scaled Jacobian below {POOR_QUAD:g} has "
+            + count_places("a quad", "quads, the worst", poor)
+        )
+    return (*said, *draft.made.flaws)
 
 
 DRAFT = Tool(
@@ -182,7 +273,14 @@ DRAFT = Tool(
     "Propose a network for the whole surface, to be edited like any other.",
     {
         "edge": optional_length("target length of the quads' edges"),
+        "quads": Argument(Number(20, 200_000, True), "about how many quads; not with edge", None),
+        "sharp": Argument(
+            WordOrNumber(("auto", "none"), Number(1.0, 179.0)),
+            "which edges are sharp, and kept: found, none, or all above an angle in degrees",
+            "auto",
+        ),
         "symmetry": Argument(Flag(), "work on one half of a surface that is symmetric", True),
+        "strict": Argument(Flag(), "refuse all where a part cannot be drafted well", False),
     },
     _act,
     position=235,
