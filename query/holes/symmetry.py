@@ -21,6 +21,10 @@ NEAR = 0.1
 #: log(206 / 3), by the artists' fills counted above.
 ASYMMETRIC = 4.2
 
+#: Distances that differ by less than this part of NEAR edges are rounding: the mirrors are equally
+#: exact, and stand in the order of their numbers.
+ROUNDING = 1e-6
+
 #: Mirrors of a loop that are looked at, the most exact ones: a flat circle has one at each edge.
 MOST_MIRRORS = 8
 
@@ -48,7 +52,7 @@ def find_mirrors(points: Floats, due: Int32Array) -> Int32Array:
         across = centred[image] - 2 * np.outer(centred[image] @ normal, normal)
         off = float(np.linalg.norm(centred - across, axis=1).max())
         if off <= near:
-            found.append((off, s))
+            found.append((round(off / (near * ROUNDING)) * ROUNDING, s))
     return np.array([s for _, s in sorted(found)[:MOST_MIRRORS]], np.int32)
 
 

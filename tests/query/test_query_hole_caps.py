@@ -26,7 +26,7 @@ from query.holes import Hole, HoleFill, MeshTopology, fill_holes, find_holes, ho
 from query.holes.caps import RimPlane, find_cap, list_cap_quads
 from query.holes.laying import HoleGround
 from query.holes.surroundings import look_around
-from query.holes.symmetry import find_mirrors
+from query.holes.symmetry import MOST_MIRRORS, find_mirrors
 from query.identity import weld_quads
 
 HEAD = CHECKOUT / "docs" / "meshes" / "head.obj"
@@ -446,3 +446,20 @@ def test_moving_turning_and_scaling_change_nothing(
 def top_hole_of(mesh: PolygonMesh, vertex: int) -> Hole:
     """The hole through a vertex."""
     return next(hole for hole in find_holes(mesh) if vertex in hole.loop)
+
+
+@pytest.mark.parametrize("n", [8, 12, 16, 32])
+@given(begin=st.floats(0.0, 1.0))
+@settings(max_examples=20)
+def test_a_round_boundary_has_the_same_mirrors_wherever_it_begins(n: int, begin: float) -> None:
+    """Equally exact mirrors are not told apart by rounding: a square grid follows one of them."""
+    angle = 2.0 * np.pi * (np.arange(n) + begin) / n
+    ring = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(n)])
+    mirrors = find_mirrors(ring, np.full(n, 2, np.int32)).tolist()
+    assert mirrors == list(range(min(n, MOST_MIRRORS)))
+    quarter = [0, n // 4, n // 2, 3 * n // 4]
+    assert any(
+        {(s - k - c) % n for c in quarter} == {(k + c) % n for c in quarter}
+        for s in mirrors
+        for k in range(n)
+    )
