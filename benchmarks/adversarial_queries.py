@@ -438,11 +438,9 @@ def _make_easy(command: list[str], folder: Path) -> list[str]:
     if "--sides" not in command:
         return ["query", "--sides", "1,1,1,1", "--limit", "1"]
     n_sides = command[command.index("--sides") + 1].count(",") + 1
-    easy = [verb, "--sides", ",".join(["2"] * n_sides)]
-    easy += ["--closed"] if "--closed" in command else []
+    closed = ["--closed"] if "--closed" in command else []
+    easy = [verb, "--sides", "4" if closed else ",".join(["2"] * min(n_sides, 12)), *closed]
     easy += ["--limit", "1"] if verb != "show" else []
-    if "--solver" in command:
-        easy += ["--solver", command[command.index("--solver") + 1]]
     for option in ("--image", "-o"):
         if option in command:
             written = Path(command[command.index(option) + 1])
