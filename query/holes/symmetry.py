@@ -39,7 +39,7 @@ def find_mirrors(points: Floats, due: Int32Array) -> Int32Array:
     near = NEAR * float(lengths.mean())
     centred = points - points.mean(axis=0)
     radius = np.linalg.norm(centred, axis=1)
-    found: list[tuple[float, int]] = []
+    found: list[tuple[int, int]] = []
     at = np.arange(n)
     for s in range(n):
         image = (s - at) % n
@@ -52,7 +52,8 @@ def find_mirrors(points: Floats, due: Int32Array) -> Int32Array:
         across = centred[image] - 2 * np.outer(centred[image] @ normal, normal)
         off = float(np.linalg.norm(centred - across, axis=1).max())
         if off <= near:
-            found.append((round(off / (near * ROUNDING)) * ROUNDING, s))
+            # A loop whose vertices all lie at one place has no mean edge to measure by.
+            found.append((round(off / (near * ROUNDING)) if near > 0.0 else 0, s))
     return np.array([s for _, s in sorted(found)[:MOST_MIRRORS]], np.int32)
 
 
