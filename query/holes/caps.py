@@ -170,8 +170,8 @@ def find_cap(hole: Hole, shape: Shape = "auto") -> FlatCap | None:
     is_flat = plane.off <= PLANAR or least >= np.sin(STEEP)
     if shape == "auto" and (not is_flat or _is_dome(walls, plane.measure_radius(points))):
         return None
-    beside = hole.topology.face[hole.edges[hole.edges >= 0]]
-    within_one = len(beside) > 0 and bool((beside == beside[0]).all())
+    outside = hole.topology.face[hole.edges[hole.edges >= 0]]
+    within_one = len(outside) > 0 and bool((outside == outside[0]).all())
     return FlatCap(plane, within_one or least >= np.sin(APART))
 
 

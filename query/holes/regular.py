@@ -43,7 +43,7 @@ def build_regular_fill(corners: Int32Array) -> tuple[Int32Array, int] | None:
 
 @kernel
 def _build_fill(corners: Int32Array) -> tuple[Int32Array, int]:
-    """Kernel of :func:`build_regular_fill`; no vertices where there is no such fill."""
+    """Kernel of :func:`build_regular_fill`; no vertices where no such fill exists."""
     n = len(corners)
     none = np.empty((0, 4), np.int32)
     if (2 - corners).sum() != 4:

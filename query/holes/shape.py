@@ -117,10 +117,10 @@ def mend_fill(around: Surroundings, quads: Int32Array, placed: PlacedFill) -> Pl
     n, n_vertices = len(around.outside), len(around.outside) + len(placed.points)
     if not placed.flipped or not len(placed.points):
         return placed
-    beside = Neighbours.of(quads, n_vertices, n)
+    neighbours = Neighbours.of(quads, n_vertices, n)
     vertices = np.vstack([around.points[:n], placed.points])
-    normals = units(solve_harmonic(beside, around.normals))
-    points = untangle(quads, vertices, normals, n, beside)[n:]
+    normals = units(solve_harmonic(neighbours, around.normals))
+    points = untangle(quads, vertices, normals, n, neighbours)[n:]
     flipped = count_flipped(around, quads, points)
     return PlacedFill(points, placed.measures, flipped) if flipped < placed.flipped else placed
 

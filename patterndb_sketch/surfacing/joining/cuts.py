@@ -25,7 +25,7 @@ from patterndb_sketch.surfacing.joining.survey import Survey
 
 #: How firmly a place holds its node; nodes are where they are held most firmly. ENDING, PASSING:
 #: a cut of a curve that ends there, or goes on. SETTLED: of one that is drawn exactly. EXACT: an
-#: exact meeting. FIRM: one that is no accident. PUT: one where curves were put as they were drawn.
+#: exact meeting. FIRM: one that is meant. PUT: one where curves were put as they were drawn.
 ENDING, PASSING, SETTLED, EXACT, FIRM, PUT = range(6)
 
 

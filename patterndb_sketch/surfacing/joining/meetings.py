@@ -38,7 +38,7 @@ WAVERING = 0.25
 
 #: Where neither curve ends, curves may touch, or cross twice because they were drawn a little too
 #: near: they run along each other if this share of the distances exceeds the least by less than
-#: FLAT, or if they waver by so many tolerances.
+#: FLAT, or if they waver by this many tolerances.
 MOST_FLAT = 0.75
 MOST_WAVERING = 1.0
 

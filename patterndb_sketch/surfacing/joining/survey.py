@@ -245,7 +245,7 @@ def measure_end_gaps(curves: PackedCurves, joins: Joins, within: float) -> Float
     """(m,) by how much the open ends that have a curve near them miss it.
 
     Ends that are nearest to each other are one place, and count once, with the widest of their
-    gaps: one corner of many ends that is drawn carelessly is no habit.
+    gaps: one corner of many ends that is drawn carelessly does not show how the rest is drawn.
     """
     nearest = find_nearest_at_ends(curves, joins, within).reshape(-1)
     one, other = (
