@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, diags_array
-from scipy.sparse.linalg import splu
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
+from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.quadshape import flipped
@@ -33,6 +32,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.regions import explain_region
 from query.fill import Fill
 from query.placing import enclose_region, place
+from query.placing.laplace import solve_harmonic
 
 
 def divide_lengths(chain: Chain, density: Density = EVEN) -> NDArray[np.float64]:
@@ -190,22 +190,13 @@ def place_between(network: Network, ground: Ground, patch: Patch) -> PlacedPatch
     choice = filling.choice
     if choice is None:
         raise ValueError(f"patch {patch.id} has no fill yet")
-    n = choice.n_vertices
-    sides = choice.faces, np.roll(choice.faces, -1, axis=1)
-    tail, head = (np.concatenate([one.ravel(), two.ravel()]) for one, two in (sides, sides[::-1]))
-    beside = coo_array((np.ones(len(tail)), (tail, head)), (n, n)).tocsr()
-    beside.data[:] = 1.0
-    within = slice(choice.perimeter, n)
-    points, up = np.empty((n, 3)), np.empty((n, 3))
-    points[: choice.perimeter] = lay_border(network, patch, ground)
-    up[: choice.perimeter] = trace_border(network, patch)[1]
-    if n > choice.perimeter:
-        own = diags_array(beside.sum(axis=1)[within]) - beside[within, within]
-        solve = splu(own.tocsc()).solve
-        points[within] = solve(beside[within, : choice.perimeter] @ points[: choice.perimeter])
-        up[within] = units(solve(beside[within, : choice.perimeter] @ up[: choice.perimeter]))
-        there = ground.nearest_facing(points[within], up[within])
-        points[within], up[within] = there.points, there.normals
+    n = choice.perimeter
+    neighbours = Neighbours.of(choice.faces, choice.n_vertices, n)
+    points = solve_harmonic(neighbours, lay_border(network, patch, ground))
+    up = solve_harmonic(neighbours, trace_border(network, patch)[1])
+    if choice.n_vertices > n:
+        there = ground.nearest_facing(points[n:], units(up[n:]))
+        points[n:], up[n:] = there.points, there.normals
     wrong = np.flatnonzero(flipped(choice.faces, points, up)).astype(np.int32)
     return PlacedPatch(choice.faces, points, up, choice.perimeter, wrong, True)
 
