@@ -95,7 +95,7 @@ lowest: $(DEV)
 	@$(ALOUD) "installing the lowest releases" build/lowest/bin/python -m pip install --quiet \
 	  --disable-pip-version-check --progress-bar off --constraint build/lowest/lowest.txt \
 	  --editable '.[all]' pytest pytest-qt pytest-xdist hypothesis trimesh
-	PATTERNDB_KERNELS=$(CURDIR)/build/lowest/kernels build/lowest/bin/patterndb warmup ingest query
+	PATTERNDB_KERNELS=$(CURDIR)/build/lowest/kernels build/lowest/bin/patterndb warmup ingest query fill holes
 	PATTERNDB_KERNELS=$(CURDIR)/build/lowest/kernels build/lowest/bin/python -m pytest -n $(WORKERS) \
 	  -p no:cacheprovider $(LOWEST_TESTS)
 

@@ -11,11 +11,11 @@ moment the question had ended, with kernels compiled and tables loaded before, a
 of the processor it took for that: a machine that has other work to do ends everything late.
 
 With --commands, the commands of the command line are run instead, whole processes: one after the
-other with --time-limit, and without one and SIGINT sent in the middle of their work. What counts is
-the seconds of the processor after the moment, less what the program still had to load then (as the
-same command needs it for sides of two edges): where other work keeps the machine busy, the clock on
-the wall shows that.
-Also shown are the exit code and the most memory.
+other with --time-limit, which counts from the start of the process, and without one and SIGINT sent
+in the middle of their work. What counts is the CPU seconds that the process takes after the moment,
+exit included; where other work keeps the machine busy, the clock on the wall shows that.
+Also shown are the exit code, the most memory, and "loading": the CPU seconds of a command that needs
+the same libraries and tables for sides of two edges, after which SIGINT is sent.
 
 Prints a Markdown table and the worst; exits 1 if a question took more than --late seconds.
 """
@@ -414,10 +414,9 @@ def run_command(command: list[str], seconds: float, loading: float, *, by_key: b
         time.sleep(0.005)
     process.returncode = os.waitstatus_to_exitcode(status)
     total = usage.ru_utime + usage.ru_stime
-    after = total - (used if by_key else max(used, loading))
     return Ended(
         process.returncode,
-        max(after, 0.0) if due else 0.0,
+        total - used if due else 0.0,
         now - moment if due else 0.0,
         usage.ru_maxrss / 1024.0,
     )

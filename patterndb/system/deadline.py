@@ -71,9 +71,13 @@ def refuse_if_late(before: str) -> None:
 
 
 @contextmanager
-def limit_time(seconds: float | None) -> Generator[None]:
-    """Let what this thread does within the block end after ``seconds``; None sets no limit."""
-    with end_by(math.inf if seconds is None else read_work_clock() + seconds):
+def limit_time(seconds: float | None, since: float | None = None) -> Generator[None]:
+    """Let what this thread does within the block end after ``seconds``; None sets no limit.
+
+    since: moment of the work clock from which the seconds count; None counts from now.
+    """
+    since = read_work_clock() if since is None else since
+    with end_by(math.inf if seconds is None else since + seconds):
         yield
 
 

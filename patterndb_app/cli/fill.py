@@ -11,7 +11,7 @@ import click
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.system.compiling import read_work_clock
-from patterndb.system.deadline import limit_time, run_until_late
+from patterndb.system.deadline import run_until_late
 from patterndb_app.cli.options import (
     OBJ,
     Count,
@@ -20,6 +20,7 @@ from patterndb_app.cli.options import (
     MeshName,
     as_json,
     dbs_to_read,
+    limit_command,
     may_overwrite,
     open_database,
     open_source,
@@ -160,7 +161,7 @@ def fill(
     see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"
     from patterndb_app.cli.obj import write_placed_fill
 
-    with limit_time(time_limit), open_source(db, server) as source:
+    with limit_command(time_limit), open_source(db, server) as source:
         started = read_work_clock()
         found = find_fills(source, asked, **options)
         what = "pattern" if options["folded"] else "fill"

@@ -13,7 +13,7 @@ import click
 from msgspec import Meta
 
 from patterndb.errors import InvalidMeshError, NotFoundError, PatternDBError
-from patterndb.system.deadline import extend_deadline, is_late, limit_time, run_until_late
+from patterndb.system.deadline import extend_deadline, is_late, run_until_late
 from patterndb.system.documents import parse_json
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
@@ -26,6 +26,7 @@ from patterndb_app.cli.options import (
     ParamType,
     as_json,
     dbs_to_read,
+    limit_command,
     may_overwrite,
     open_database,
     picture_path,
@@ -291,10 +292,10 @@ def holes(
                 "--batch goes with --limit, --time-limit, --no-twin, --ngon, --shape, --tension "
                 "and --db alone"
             )
-        with limit_time(time_limit), open_database(db) as database:
+        with limit_command(time_limit), open_database(db) as database:
             return _answer_batch(database, batch, limit or LISTED, not no_twin, cap)
     assert mesh is not None
-    click.get_current_context().with_resource(limit_time(time_limit))
+    click.get_current_context().with_resource(limit_command(time_limit))
     if sum([bool(loops), faces is not None, every]) > 1:
         raise click.UsageError("--loop, --faces and --all exclude each other")
     several = every or len(loops) > 1

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from patterndb.errors import NotFoundError, PatternDBError, TimeLimitError
-from patterndb.system.deadline import limit_time, refuse_if_late
+from patterndb.system.deadline import refuse_if_late
 from patterndb.system.files import replace_file
 from patterndb_app.cli.options import (
     Count,
@@ -22,6 +22,7 @@ from patterndb_app.cli.options import (
     FileName,
     as_json,
     dbs_to_read,
+    limit_command,
     max_irregular_option,
     may_overwrite,
     open_database,
@@ -145,7 +146,7 @@ def list_(
     patterndb list --class 5 --convex
     patterndb list --max-irregular 1 --limit 100 --db my.db --json
     """
-    with limit_time(time_limit), open_database(db) as database:
+    with limit_command(time_limit), open_database(db) as database:
         chosen = PatternListing(database, choice, limit)
         if as_json:
             first = next(chosen, None)
@@ -265,7 +266,7 @@ def export(
         raise click.BadParameter(
             f"there is no folder {output.parent} to write into", param_hint="'OUTPUT'"
         )
-    with limit_time(time_limit), open_database(db) as database:
+    with limit_command(time_limit), open_database(db) as database:
         chosen = PatternListing(database, choice, limit)
         first = next(chosen, None)
         if first is None:

@@ -15,6 +15,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from patterndb import STARTER_NAME
+from patterndb.system.deadline import limit_time
 from patterndb.system.extras import require_extra
 from patterndb.system.numbers import MOST_COUNT
 from patterndb_app.cli.progressline import ProgressLine
@@ -321,13 +322,24 @@ class SecondsToSpend(click.FloatRange):
         return seconds
 
 
-#: The option of every command that searches; the command passes it to limit_time.
+#: The option of every command that searches; the command passes it to limit_command.
 time_limit_option = click.option(
     "--time-limit",
     type=SecondsToSpend(0, 1e6, min_open=True),
     metavar="SECONDS",
-    help="End after so long with what was found until then; it is reported that more may exist.",
+    help="End so long after the start with what was found until then; it is reported that more may "
+    "exist.",
 )
+
+
+def limit_command(seconds: float | None) -> contextlib.AbstractContextManager[None]:
+    """Let the command end after ``seconds``, counted from the start of the process.
+
+    The process leaves the moment in the context; without it, as in a test that calls a command, the
+    seconds count from now. None sets no limit.
+    """
+    return limit_time(seconds, click.get_current_context().find_root().obj)
+
 
 as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
 

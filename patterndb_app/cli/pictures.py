@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 import click
 
 from patterndb.errors import NotFoundError, TimeLimitError
-from patterndb.system.deadline import limit_time, run_until_late
+from patterndb.system.deadline import run_until_late
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
     Count,
     Numbers,
     boundary_of,
     db_to_read,
+    limit_command,
     max_irregular_option,
     may_overwrite,
     open_database,
@@ -100,7 +101,7 @@ def show(
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from viewer import Card, make_fill_card, save_picture
 
-    with limit_time(time_limit), open_database(db) as database:
+    with limit_command(time_limit), open_database(db) as database:
         if pattern is not None:
             found = database.pattern(pattern)
             card = Card.of_pattern(found)
@@ -209,7 +210,7 @@ def gallery(
     from viewer import Card
     from viewer.gallery import GallerySheet
 
-    with limit_time(time_limit), open_database(db) as database:
+    with limit_command(time_limit), open_database(db) as database:
         if sides is not None:
             boundary = boundary_of(sides, closed)
             found = find_fills(

@@ -10,7 +10,7 @@ import click
 
 from patterndb.errors import InvalidBoundaryError, TimeLimitError
 from patterndb.system.compiling import read_work_clock
-from patterndb.system.deadline import is_late, limit_time, refuse_if_late
+from patterndb.system.deadline import is_late, refuse_if_late
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     as_json,
     boundary_of,
     dbs_to_read,
+    limit_command,
     may_overwrite,
     open_source,
     picture_path,
@@ -163,7 +164,7 @@ def query(
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
     arguments = {"limit": limit, **search_arguments(search, server)}
-    with limit_time(time_limit), open_source(db, server) as database:
+    with limit_command(time_limit), open_source(db, server) as database:
         if batch is not None:
             return run_batch(batch, database, arguments, obj, image)
         assert sides is not None

@@ -234,7 +234,8 @@ def _fits(
 ) -> list[Found]:
     """The first ``keep`` fits of the entries at these places, but for the first ``known`` of each.
 
-    Where an entry may have more fits, the last found says how to get them.
+    Where an entry may have more fits, the last found says how to get them. A search that was
+    cancelled gets those found until then.
     """
     rows = listing.entries.row[hits]
     solve_most = keep * table.copies(rows)
@@ -264,6 +265,8 @@ def _fits(
         loops = list_loop_widths(int(table.n_loops[row]), search.n_loops)
         place = 0
         for f in range(first, last):
+            if search.cancelled[0]:
+                return found
             if not single[f - first]:
                 continue
             for wide in loops:

@@ -21,7 +21,7 @@ from patterndb.errors import TimeLimitError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import Alarm, begin_task, end_by, get_deadline
 from query.boundary import Boundary
-from query.ending import EndFlag, wait_unless_ended
+from query.ending import EndFlag, refuse_if_ended, wait_unless_ended
 from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
@@ -444,10 +444,10 @@ class Fills(Iterator[Fill]):
                 self.cut_short = True
                 break
             off = fill.flow_distance or 0.0
-            measured = self._measure(measure, fill)
+            # What comes, or is measured, after the limit is first by any measure if it is alone.
+            measured = None if self.stopped == "time limit" else self._measure(measure, fill)
             if measured is None:
                 if not pool and self.stopped == "time limit":
-                    # It would be the first by any measure.
                     pool.append(_Measured(False, 0.0, place, fill))
                 break
             value, fill = measured
@@ -544,6 +544,7 @@ class Fills(Iterator[Fill]):
             yield from self._merge_lanes(search, sieve)
 
     def _merge_lanes(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
+        refuse_if_ended(self._cancelled)
         lanes = [step for step in map(_Ahead, self._lanes(search)) if step.bound is not None]
         waiting: list[tuple[Rank, int, Candidate | More]] = []
         number = 0
@@ -601,6 +602,8 @@ class Fills(Iterator[Fill]):
         if "full" in q.boundary.corners:
             return  # neither the family nor what is constructed has such corners
         if q.wants(FAMILY) or q.wants(LEARNED):
+            # Making the table takes a third of a second where the database was just opened.
+            refuse_if_ended(self._cancelled)
             table = get_relaxed_table(q.patterns, q.frequencies)
             least = table.least(q.boundary, q.filters.max_boundary_irregular)
             if least is not None:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import click
 import pytest
+from click.testing import CliRunner
 from commandline import PROGRAM, run
 
 from patterndb_app.cli import cli
@@ -103,6 +104,16 @@ def test_a_command_that_its_limit_ends_proves_nothing(
     assert result.code == (0 if kept else 1)
     assert result.code == 1 or "complete" in result.err or "more" in result.err
     assert not (tmp_path / "o.png").exists()
+
+
+def test_a_limit_counts_from_the_start_of_the_process() -> None:
+    command = ["query", *SIDES, "--json", "--time-limit", "900"]
+    began = time.perf_counter() - 1000.0
+    answers = [
+        json.loads(CliRunner().invoke(cli, command, obj=since).stdout) for since in (None, began)
+    ]
+    assert [one["stopped"] for one in answers] == [None, "time limit"]
+    assert len(answers[0]["fills"]) > len(answers[1]["fills"]) == 1
 
 
 def test_json_carries_whether_the_search_was_complete() -> None:
