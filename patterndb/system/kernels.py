@@ -33,7 +33,9 @@ from numba.core.caching import _Cache as CacheProtocol
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
 from numba.core.runtime.nrt import rtsys
+from numba.extending import typeof_impl
 
+import patterndb._native as _native
 from patterndb.system.caches import kernel_folder
 from patterndb.system.compiledform import format_compiled, load_compiled
 from patterndb.system.compiling import COMPILED
@@ -76,7 +78,39 @@ def kernel(function: Any = None, **options: Any) -> Any:
     made: Any = numba.njit(nogil=True, **options)(function)
     made._cache = ContentCache(made, options)
     made.get_call_template = partial(_get_plain_template, made, made.get_call_template)
-    return made
+    native = find_native(function)
+    return made if native is None else NativeKernel(made, native)
+
+
+def find_native(function: FunctionType) -> Callable[..., Any] | None:
+    """The function of the compiled extension that has a kernel's place and name; None without."""
+    place: Any = _native
+    for name in function.__module__.split(".")[1:]:
+        place = getattr(place, name, None)
+    return getattr(place, function.__name__, None)
+
+
+class NativeKernel:
+    """A kernel of the compiled extension, which kernels that numba compiles can call as well.
+
+    They call what numba makes of the same function: compiled code cannot call the extension.
+    """
+
+    def __init__(self, compiled: Any, native: Callable[..., Any]) -> None:
+        self.compiled = compiled
+        self.native = native
+        self.py_func: FunctionType = compiled.py_func
+        self.__doc__ = compiled.__doc__
+        self.__name__: str = compiled.__name__
+        self.__module__ = compiled.__module__
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        return self.native(*arguments, **named)
+
+
+@typeof_impl.register(NativeKernel)  # pyright: ignore
+def _type_native(value: NativeKernel, context: Any) -> Any:
+    return numba.types.Dispatcher(value.compiled)
 
 
 def _get_plain_template(made: Any, get_template: Any, args: Any, kws: Any) -> Any:
@@ -238,6 +272,8 @@ def _add_code(
 
 def _digest_value(value: Any, names: tuple[str, ...], within: tuple[Any, ...]) -> bytes:
     """Hash what a global stands for; of an own module, the attributes with one of the names."""
+    if isinstance(value, NativeKernel):
+        value = value.compiled
     if isinstance(value, Dispatcher):
         held = getattr(value, "_cache", None)
         options = held._options if isinstance(held, ContentCache) else repr(value.targetoptions)

@@ -1,0 +1,6 @@
+//! Quad disks: half-edges, canonical codes, reduction to patterns.
+//!
+//! Every function takes slices and returns owned data; nothing here reads files, starts threads or
+//! looks at a clock. Modules have the names of the Python modules that call them.
+
+pub mod halfedge;

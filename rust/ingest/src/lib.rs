@@ -1,0 +1,1 @@
+//! Enumeration of the patches of quad meshes.

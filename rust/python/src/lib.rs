@@ -1,0 +1,24 @@
+//! The Python module `patterndb._native`: arrays in and out of the concept crates.
+//!
+//! A submodule here has the name of the Python module that calls it (`_native.core.halfedge` is
+//! called by `patterndb.core.halfedge`). Functions release the interpreter's lock while they
+//! compute. A panic in a crate reaches Python as `RuntimeError`, see [`arrays::run`].
+
+mod arrays;
+mod core;
+
+use pyo3::prelude::*;
+
+/// Add a submodule and return it.
+fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<'py, PyModule>> {
+    let made = PyModule::new(parent.py(), name)?;
+    parent.add_submodule(&made)?;
+    Ok(made)
+}
+
+#[pymodule]
+fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    arrays::keep_places_of_panics();
+    core::add(&add_module(module, "core")?)?;
+    Ok(())
+}

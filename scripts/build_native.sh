@@ -1,0 +1,6 @@
+#!/usr/bin/env bash
+# Build the compiled extension into the checkout.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+cargo build --release --manifest-path rust/Cargo.toml
+cp "${CARGO_TARGET_DIR:-rust/target}/release/lib_native.so" patterndb/_native.abi3.so
