@@ -1,0 +1,13 @@
+//! `patterndb._native.query`.
+
+mod expand;
+mod identity;
+
+use pyo3::prelude::*;
+
+use crate::add_module;
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    expand::add(&add_module(module, "expand")?)?;
+    identity::add(&add_module(module, "identity")?)
+}

@@ -1,0 +1,128 @@
+//! When quads are a fill's, and when two fills are the same.
+
+use patterndb_core::halfedge::{fans, next_edge};
+
+/// What quads that should fill a boundary are not. The numbers are those of `FAULTS` in Python.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Fault {
+    /// The quads fill the boundary.
+    None = 0,
+    /// A quad repeats a vertex.
+    RepeatedVertex = 1,
+    /// Two edges join the same two vertices.
+    DoubleEdge = 2,
+    /// A border edge does not run from a boundary vertex to the next, counter-clockwise.
+    OtherBorder = 3,
+    /// The border is not the whole boundary.
+    ShortBorder = 4,
+    /// The quads are not a disk.
+    NoDisk = 5,
+}
+
+/// Return the half-edges of quads that fill a boundary, and what is wrong with them.
+///
+/// Vertices `0..perimeter` of `0..n_vertices` run along the boundary counter-clockwise. Where there
+/// is a fault, the half-edges are not complete.
+pub fn weld_quads(quads: &[[i32; 4]], n_vertices: usize, perimeter: i32) -> (Vec<i32>, Fault) {
+    let mut twin = vec![-1; 4 * quads.len()];
+    if quads
+        .iter()
+        .any(|quad| (1..4).any(|i| quad[..i].contains(&quad[i])))
+    {
+        return (twin, Fault::RepeatedVertex);
+    }
+    let leaving = HalfEdgesByTail::new(quads.as_flattened(), n_vertices);
+    let tail = quads.as_flattened();
+    let head = |h: i32| tail[next_edge(h) as usize];
+
+    let mut n_border = 0;
+    for h in 0..tail.len() as i32 {
+        let (a, b) = (tail[h as usize], head(h));
+        if leaving.of(a).iter().any(|&g| g != h && head(g) == b) {
+            return (twin, Fault::DoubleEdge);
+        }
+        for &g in leaving.of(b) {
+            if head(g) == a {
+                twin[h as usize] = g;
+            }
+        }
+        if twin[h as usize] < 0 {
+            n_border += 1;
+            if a >= perimeter || b != (a + 1) % perimeter {
+                return (twin, Fault::OtherBorder);
+            }
+        }
+    }
+    if n_border != perimeter {
+        return (twin, Fault::ShortBorder);
+    }
+    let n_edges = (tail.len() as i32 + n_border) / 2;
+    let euler = n_vertices as i32 - n_edges + quads.len() as i32;
+    let disk = euler == 1 && fans(&twin).1 == n_vertices as i32 && is_connected(&twin);
+    (twin, if disk { Fault::None } else { Fault::NoDisk })
+}
+
+/// Half-edges by the vertex that they leave.
+struct HalfEdgesByTail {
+    first: Vec<usize>,
+    half_edges: Vec<i32>,
+}
+
+impl HalfEdgesByTail {
+    fn new(tail: &[i32], n_vertices: usize) -> Self {
+        let mut first = vec![0; n_vertices + 1];
+        for &v in tail {
+            first[v as usize + 1] += 1;
+        }
+        for v in 0..n_vertices {
+            first[v + 1] += first[v];
+        }
+        let mut free = first.clone();
+        let mut half_edges = vec![0; tail.len()];
+        for (h, &v) in tail.iter().enumerate() {
+            half_edges[free[v as usize]] = h as i32;
+            free[v as usize] += 1;
+        }
+        Self { first, half_edges }
+    }
+
+    /// Return the half-edges that leave vertex `v`, in order.
+    fn of(&self, v: i32) -> &[i32] {
+        &self.half_edges[self.first[v as usize]..self.first[v as usize + 1]]
+    }
+}
+
+/// Are all quads reached from the first across edges?
+fn is_connected(twin: &[i32]) -> bool {
+    let mut seen = vec![false; twin.len() / 4];
+    let mut stack = vec![0];
+    seen[0] = true;
+    let mut reached = 0;
+    while let Some(quad) = stack.pop() {
+        reached += 1;
+        for &t in &twin[4 * quad..4 * quad + 4] {
+            let other = (t >> 2) as usize;
+            if t >= 0 && !seen[other] {
+                seen[other] = true;
+                stack.push(other);
+            }
+        }
+    }
+    reached == seen.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_quad_fills_four_edges() {
+        assert_eq!(
+            weld_quads(&[[0, 1, 2, 3]], 4, 4),
+            (vec![-1; 4], Fault::None)
+        );
+        assert_eq!(weld_quads(&[[0, 1, 2, 3]], 4, 3).1, Fault::OtherBorder);
+        assert_eq!(weld_quads(&[[0, 1, 2, 1]], 3, 3).1, Fault::RepeatedVertex);
+    }
+}

@@ -1,0 +1,4 @@
+//! Fills of boundaries and holes: solving, expansion, ranking.
+
+pub mod expand;
+pub mod identity;
