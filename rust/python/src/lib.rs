@@ -6,6 +6,7 @@
 
 mod arrays;
 mod core;
+mod rows;
 
 use pyo3::prelude::*;
 
