@@ -7,6 +7,8 @@ use pyo3::prelude::*;
 use crate::arrays::{read, run};
 use crate::rows::{from_rows, read_rows};
 
+type MapArrays<'py> = (Bound<'py, PyArray2<u64>>, Bound<'py, PyArray1<i32>>);
+
 #[pyfunction]
 fn random_pairs(py: Python<'_>, n: usize) -> PyResult<Bound<'_, PyArray2<u64>>> {
     let pairs = run(py, || hashing::random_pairs(n))?;
@@ -60,7 +62,7 @@ fn double_map<'py>(
     py: Python<'py>,
     keys: PyReadonlyArray2<'py, u64>,
     values: PyReadonlyArray1<'py, i32>,
-) -> PyResult<(Bound<'py, PyArray2<u64>>, Bound<'py, PyArray1<i32>>)> {
+) -> PyResult<MapArrays<'py>> {
     let (keys, values) = (read_rows(&keys)?, read(&values)?);
     let (bigger, moved) = run(py, || hashing::double_map(keys, values))?;
     Ok((from_rows(py, bigger)?, moved.into_pyarray(py)))

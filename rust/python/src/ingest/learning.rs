@@ -7,6 +7,8 @@ use pyo3::prelude::*;
 use crate::arrays::{read, run};
 use crate::rows::from_rows;
 
+type RowArrays<'py> = (Bound<'py, PyArray1<u8>>, Bound<'py, PyArray1<i64>>);
+
 #[pyfunction]
 #[pyo3(name = "_hash_rows")]
 fn hash_rows<'py>(
@@ -26,7 +28,7 @@ fn pack_faces<'py>(
     quads: PyReadonlyArray1<'py, i32>,
     sizes: PyReadonlyArray1<'py, i32>,
     faces: PyReadonlyArray1<'py, i64>,
-) -> PyResult<(Bound<'py, PyArray1<u8>>, Bound<'py, PyArray1<i64>>)> {
+) -> PyResult<RowArrays<'py>> {
     let (quads, sizes, faces) = (read(&quads)?, read(&sizes)?, read(&faces)?);
     let packed = run(py, || learning::pack_faces(quads, sizes, faces))?;
     Ok((packed.flat.into_pyarray(py), packed.ends.into_pyarray(py)))
