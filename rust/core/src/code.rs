@@ -248,7 +248,7 @@ pub fn is_disk_code(twin: &[i32]) -> bool {
     }
 }
 
-/// Do half-edges pair up, and do they number quads breadth-first from border half-edge 0?
+/// Return whether half-edges pair up and number quads breadth-first from border half-edge 0.
 fn is_breadth_first(twin: &[i32]) -> bool {
     let n = twin.len();
     if n == 0 || !n.is_multiple_of(4) || twin[0] != -1 {
@@ -262,7 +262,7 @@ fn is_breadth_first(twin: &[i32]) -> bool {
         if t == -1 {
             continue;
         }
-        // Below -1 it is no place of the array either.
+        // A number below -1 becomes too large an index.
         let across = t as usize;
         if across >= n || across == h || twin[across] != h as i32 {
             return false;
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_pair_up_is_no_disk() {
+    fn half_edges_that_do_not_pair_up_are_refused() {
         for twin in [
             &[-1, 4, -1, -1][..],
             &[-1, 1, -1, -1],

@@ -154,8 +154,8 @@ fn is_regular(disk: Disk, v: usize) -> bool {
     disk.count[v] == 4 && disk.full[v] == 4
 }
 
-/// Does the chain from flat boundary vertex `v` along half-edge `first` run straight to another one,
-/// and not through a vertex twice?
+/// Return whether the chain from flat boundary vertex `v` along half-edge `first` runs straight to
+/// another one, through no vertex twice.
 fn joins_flat_vertices(disk: Disk, v: usize, first: i32, work: &mut ReductionWork) -> bool {
     let mark = work.next_stamp(1);
     work.seen[v] = mark;
@@ -191,8 +191,8 @@ fn mark_open_chain(disk: Disk, first: i32, removed: i64, gone: &mut [i64]) {
     }
 }
 
-/// Does the chain along inner half-edge `first` run straight back to it, and not through a vertex
-/// twice?
+/// Return whether the chain along inner half-edge `first` runs straight back to it, through no vertex
+/// twice.
 fn is_closed_chain(disk: Disk, first: i32, work: &mut ReductionWork) -> bool {
     let v = disk.vertex(first);
     let mark = work.next_stamp(1);
@@ -212,7 +212,7 @@ fn is_closed_chain(disk: Disk, first: i32, work: &mut ReductionWork) -> bool {
 
 /// Reduce a disk as [`dissolve`] does, and dissolve chains that cross themselves, too.
 ///
-/// Expanding what is left gives the disk back: on both sides of a straight chain lie copies of one
+/// Expanding the pattern gives the disk back: on both sides of a straight chain lie copies of one
 /// polychord, wherever it goes.
 pub fn dissolve_straight(disk: Disk, work: &mut ReductionWork) -> (usize, usize) {
     let removed = work.next_stamp(0);
@@ -239,8 +239,8 @@ pub fn dissolve_straight(disk: Disk, work: &mut ReductionWork) -> (usize, usize)
     cut_blocks(disk, work)
 }
 
-/// Does the chain along half-edge `first` run straight to a flat boundary vertex (if it is open, and
-/// so begins at one) or back to `first`? Notes the half-edges inside that it passes.
+/// Return whether the chain along half-edge `first` runs straight to a flat boundary vertex (if it is
+/// open, and so begins at one) or back to `first`; note the half-edges inside that it passes.
 fn runs_straight(disk: Disk, first: i32, is_open: bool, passed: &mut [bool]) -> bool {
     let mut t = first;
     loop {
@@ -274,7 +274,7 @@ fn mark_straight(disk: Disk, first: i32, removed: i64, gone: &mut [i64]) {
 }
 
 /// Number the sides of a block from 4 `number` on, counter-clockwise from the half-edge that begins
-/// the first; note what lies across.
+/// the first; note the half-edges across.
 fn walk_block(start: i32, number: usize, disk: Disk, work: &mut ReductionWork) {
     let removed = work.stamp[0];
     let mut h = start;

@@ -12,7 +12,7 @@ pub struct Rows<T> {
     pub flat: Vec<T>,
     /// Where each row ends, after a 0. Rows from `bad` on are 0 long.
     pub ends: Vec<i64>,
-    /// The first row that was no code.
+    /// The first row that was not a code.
     pub bad: Option<usize>,
 }
 
@@ -48,7 +48,7 @@ fn push_forward(code: &[i32], numbers: &mut Vec<i32>) -> bool {
             numbers.push(0);
             continue;
         }
-        // A negative symbol is no place of the code either.
+        // A negative symbol becomes too large an index.
         let across = (i64::from(symbol) - 1) as usize;
         if across == h || code.get(across) != Some(&(h as i32 + 1)) {
             return false;
@@ -62,7 +62,7 @@ fn push_forward(code: &[i32], numbers: &mut Vec<i32>) -> bool {
 
 /// Return the symbols of short codes: row i is `raw[ends[i]..ends[i + 1]]`.
 ///
-/// Where a row is no short code no symbols are returned.
+/// No symbols are returned if one of the rows is not a short code.
 pub fn name_twice(raw: &[u8], ends: &[i64]) -> Rows<u16> {
     let mut restored = Rows {
         flat: Vec::with_capacity(2 * raw.len()),
@@ -90,7 +90,7 @@ struct ShortCode {
 }
 
 impl ShortCode {
-    /// Read a row; `None` if it is no short code.
+    /// Read a row; `None` if it is not a short code.
     fn read(&mut self, row: &[u8]) -> Option<()> {
         // Every byte is a number or a part of one, and a number names two edges at most.
         let most = (2 * row.len()).min(4 * MAX_QUADS);
@@ -190,7 +190,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_pair_up_is_no_code() {
+    fn codes_that_do_not_pair_up_are_refused() {
         for code in [[0, 0, 9, 0], [0, 2, 0, 0], [0, 3, 0, 0], [0, -7, 0, 0]] {
             assert_eq!(name_once(&code, &[0, 4]).bad, Some(0));
         }
@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_short_code_is_named() {
+    fn rows_that_are_not_short_codes_are_refused() {
         for raw in [
             &[0; 3][..],
             &[128, 0],

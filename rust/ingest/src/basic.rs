@@ -49,7 +49,7 @@ struct Search<'s, 'a> {
     pulse: &'s mut Pulse<'a>,
     candidates: Vec<Candidate>,
     levels: Vec<Level>,
-    /// Is a quad a candidate, or was it one of a smaller patch?
+    /// Whether each quad is a candidate, or was one of a smaller patch.
     reached: Vec<bool>,
     /// What a patch that was built in some way was recognised as.
     built: KeyMap<'static>,
@@ -81,16 +81,14 @@ pub fn count_basic<'a>(
         total: 0,
     };
     for root in roots {
-        if search.pulse.is_stopped() {
-            break;
-        }
         search.build_from(root);
     }
     search.total
 }
 
 impl Search<'_, '_> {
-    /// Build every connected set of quads whose smallest is `root`.
+    /// Build every connected set of quads whose smallest is `root`; return at once when the search has
+    /// to stop.
     fn build_from(&mut self, root: i32) {
         self.candidates[0] = Candidate {
             quad: root,
@@ -101,6 +99,9 @@ impl Search<'_, '_> {
         self.levels[0].end = 1;
         let mut d = 0;
         loop {
+            if self.pulse.is_stopped() {
+                return;
+            }
             let Level { at, end, .. } = self.levels[d];
             if at < end {
                 self.reserve();
@@ -156,7 +157,7 @@ impl Search<'_, '_> {
         if euler == 1 {
             self.total += 1;
             self.pulse.count();
-            // The size belongs to the hash: it tells a lone quad from nothing.
+            // The size belongs to the hash, since a lone quad joins nothing.
             let value = self.recognise(n, [build[0].wrapping_add(n as u64), build[1]]);
             self.census.count_patch(value);
             let quads = &self.bench.quads[..n];

@@ -17,7 +17,7 @@ pub struct Work<'a> {
     corner: Vec<i32>,
     valence: Vec<i32>,
     border: Vec<bool>,
-    /// Which quads are left.
+    /// Whether each quad is still there.
     pub alive: Vec<bool>,
     /// Strands (2 * quad + direction) that may collapse or have not been looked at since something
     /// changed next to them.
@@ -51,7 +51,7 @@ impl Strip {
         self.entries.len() + usize::from(!self.is_loop)
     }
 
-    /// Is the rung an end of an open strip?
+    /// Return whether a rung is an end of an open strip.
     fn is_end(&self, rung: usize) -> bool {
         !self.is_loop && (rung == 0 || rung == self.entries.len())
     }
@@ -198,7 +198,7 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// Are both chains of a strip simple and disjoint, and one of them regular?
+    /// Return whether both chains of a strip are simple and disjoint, and one of them regular.
     fn has_regular_chain(&mut self, strip: &Strip, rungs: &[Rung]) -> bool {
         let mark = self.next_stamp();
         let mut regular = [true; 2];
@@ -217,7 +217,8 @@ impl<'a> Work<'a> {
         regular[0] || regular[1]
     }
 
-    /// Has a quad outside the strip, whose quads have the stamp `mark`, both vertices of a rung?
+    /// Return whether a quad outside the strip, whose quads have the stamp `mark`, has both vertices
+    /// of a rung.
     fn makes_degenerate_quad(&self, rung: Rung, mark: u64) -> bool {
         self.corners(rung.left).any(|h| {
             let quad = (h >> 2) as usize;
@@ -225,7 +226,7 @@ impl<'a> Work<'a> {
         })
     }
 
-    /// Would an edge at the merged vertex have three quads or more, and had not before?
+    /// Return whether an edge at the merged vertex would have three quads or more, and had not before.
     ///
     /// Quads of the strip and vertices of its left chain have the stamp `mark`.
     fn makes_triple_edge(&mut self, rung: Rung, mark: u64) -> bool {
@@ -254,7 +255,7 @@ impl<'a> Work<'a> {
         false
     }
 
-    /// Has an edge at corner `h` of vertex `v` three quads or more?
+    /// Return whether an edge at corner `h` of vertex `v` has three quads or more.
     fn has_triple_edge(&self, v: i32, h: i32) -> bool {
         [next_edge(h), prev_edge(h)].into_iter().any(|neighbour| {
             let w = self.vertex(neighbour);
@@ -334,8 +335,8 @@ impl<'a> Work<'a> {
         self.corner[left] = -1;
     }
 
-    /// Join two border edges at a vertex that have come to lie on each other: a hole of two edges
-    /// between the same two vertices is no hole any more.
+    /// Join two border edges at a vertex that have come to lie on each other: they
+    /// close a hole of two edges.
     fn close_slits(&mut self, v: i32) {
         let corners: Vec<i32> = self.corners(v).collect();
         for &h in &corners {

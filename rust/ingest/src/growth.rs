@@ -6,8 +6,8 @@
 //! depth-first: a patch is grown on from the state it was reached in.
 //!
 //! Source: Marcias et al. 2015, section 3.2 ("Patch enumeration", "Managing duplicates"). Differs
-//! from the paper: it hashes the boundary vertices, which on a closed mesh cannot tell a patch from
-//! its complement; here the quads are hashed.
+//! from the paper: it hashes the boundary vertices, which on a closed mesh are those of the
+//! patch's complement, too; here the quads are hashed.
 
 use patterndb_core::halfedge::next_edge;
 
@@ -302,10 +302,10 @@ impl Search<'_, '_> {
         true
     }
 
-    /// Look before adding anything: is there a quad beyond every edge of the side, are they few
-    /// enough, and do they make a patch that was not met before?
+    /// Return whether there is a quad beyond every edge of a side, they are few enough, and the patch
+    /// with them was not met before.
     ///
-    /// No patch is met before it is convex, so none around reflex corners is missed.
+    /// Patches are met only when they are convex, so none around reflex corners is missed.
     fn may_grow(&mut self, d: usize, begin: usize, length: usize) -> bool {
         self.stamp += 1;
         let Patch { size, mut hash, .. } = self.frames[d].patch;
@@ -342,8 +342,8 @@ impl Search<'_, '_> {
     /// Add the quads around reflex corners until there is none; only vertices of the quads from
     /// place `first_new` on can be one.
     ///
-    /// Returns whether it worked out: not where a reflex corner lies on the mesh's border, nor
-    /// beyond the limit.
+    /// Returns false where a reflex corner lies on the mesh's border, or the patch would have more
+    /// quads than the limit.
     fn mend_reflex(&mut self, first_new: usize, home: i32, patch: &mut Patch) -> bool {
         let mesh = self.mesh;
         let mut i = first_new;
@@ -370,9 +370,9 @@ impl Search<'_, '_> {
         true
     }
 
-    /// Is the side, of the boundary of frame d as it was before the patch grew over it, now a chain
-    /// through vertices of valence 4, closed or between flat boundary vertices, and is the strip
-    /// that grew over it open along its far side?
+    /// Return whether a side of the boundary of frame d, which the patch has grown over, is now a
+    /// chain through vertices of valence 4, closed or between flat boundary vertices, and the strip
+    /// that grew over it is open along its far side.
     fn runs_straight(&self, d: usize, begin: usize, length: usize, is_closed: bool) -> bool {
         let (mesh, bench) = (self.mesh, &*self.bench);
         let boundary = self.boundary(d);
