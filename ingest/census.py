@@ -137,14 +137,14 @@ def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
     return Bench(
         np.full(n_quads, -1, np.int32),
         np.zeros(n_vertices, np.int32),
-        np.empty(limit, np.int32),
-        np.empty(4 * limit, np.int32),
-        np.empty(4 * limit, np.int32),
+        np.zeros(limit, np.int32),
+        np.zeros(4 * limit, np.int32),
+        np.zeros(4 * limit, np.int32),
         np.zeros(1, np.int64),
-        np.empty(4 * limit, np.uint16),
-        np.empty(limit, np.int32),
-        np.empty(limit, np.int32),
-        np.empty(limit, np.int32),
+        np.zeros(4 * limit, np.uint16),
+        np.zeros(limit, np.int32),
+        np.zeros(limit, np.int32),
+        np.zeros(limit, np.int32),
         reduction_work(n_vertices, limit),
     )
 
@@ -287,13 +287,13 @@ def with_room(census: Census, n: int) -> Census:
         code_keys, code_rows = double_map(code_keys, code_rows)
     codes = census.codes
     if census.used[1] + SYMBOL_BYTES * n > len(codes):
-        codes = np.empty(2 * len(codes) + SYMBOL_BYTES * n, np.uint8)
+        codes = np.zeros(2 * len(codes) + SYMBOL_BYTES * n, np.uint8)
         copy_items(census.codes, census.used[1], codes, 0)
     ends, sides, patches = census.ends, census.sides, census.patches
     example_size, example_hash = census.example_size, census.example_hash
     example_at, example = census.example_at, census.example
     if census.used[3] + n // 4 > len(example):
-        example = np.empty(2 * len(example) + n // 4, np.int32)
+        example = np.zeros(2 * len(example) + n // 4, np.int32)
         copy_items(census.example, census.used[3], example, 0)
     rows = census.patches.shape[0]
     if census.used[0] == rows:

@@ -55,11 +55,11 @@ def reduction_work(n_vertices: int, max_quads: int) -> ReductionWork:
         np.zeros(n_vertices, np.int64),
         np.zeros(n_vertices, np.int64),
         np.zeros(2, np.int64),
-        np.empty(4 * max_quads, np.int32),
+        np.zeros(4 * max_quads, np.int32),
         np.full(4 * max_quads, -1, np.int32),
-        np.empty(4 * max_quads, np.int32),
-        np.empty(4 * max_quads, np.int32),
-        np.empty(4 * max_quads, np.int32),
+        np.zeros(4 * max_quads, np.int32),
+        np.zeros(4 * max_quads, np.int32),
+        np.zeros(4 * max_quads, np.int32),
     )
 
 

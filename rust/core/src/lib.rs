@@ -3,4 +3,11 @@
 //! Every function takes slices and returns owned data; nothing here reads files, starts threads or
 //! looks at a clock. Modules have the names of the Python modules that call them.
 
+pub mod code;
+pub mod description;
 pub mod halfedge;
+pub mod label;
+pub mod polychord;
+pub mod quadmesh;
+pub mod reduction;
+pub mod shortcode;

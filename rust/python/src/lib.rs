@@ -6,7 +6,9 @@
 
 mod arrays;
 mod core;
+mod ingest;
 mod query;
+mod rows;
 
 use pyo3::prelude::*;
 
@@ -21,6 +23,7 @@ fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::keep_places_of_panics();
     core::add(&add_module(module, "core")?)?;
+    ingest::add(&add_module(module, "ingest")?)?;
     query::add(&add_module(module, "query")?)?;
     Ok(())
 }
