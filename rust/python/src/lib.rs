@@ -6,6 +6,8 @@
 
 mod arrays;
 mod core;
+mod geometry;
+mod rows;
 
 use pyo3::prelude::*;
 
@@ -20,5 +22,6 @@ fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::keep_places_of_panics();
     core::add(&add_module(module, "core")?)?;
+    geometry::add(&add_module(module, "geometry")?)?;
     Ok(())
 }
