@@ -47,7 +47,7 @@ impl<'a> Line<'a> {
     }
 
     /// Return the part of the parameters `from..to` for which the line is in a box; None if it
-    /// misses the box beside an axis that the line runs across.
+    /// misses the box along an axis that the line runs across.
     #[inline(always)]
     fn clip(&self, [lower, upper]: &Bounds, mut from: f64, mut to: f64) -> Option<(f64, f64)> {
         for c in 0..3 {

@@ -34,7 +34,7 @@ pub fn clip_ears(points: &[Point]) -> Vec<Corners> {
     let n = points.len();
     let mut outline = Outline::new(flatten(points));
     let (mut current, reflex): (Vec<usize>, Vec<usize>) = (0..n).partition(|&v| {
-        let (p, q) = outline.beside(v);
+        let (p, q) = outline.ends_around(v);
         may_be_clipped(outline.places([p, v, q]))
     });
     let obstacles = Obstacles::new(&outline.at, reflex);
@@ -58,7 +58,7 @@ pub fn clip_ears(points: &[Point]) -> Vec<Corners> {
             if !outline.alive[v] || touched[v] == round || triangles.len() + 3 == n {
                 continue;
             }
-            let (p, q) = outline.beside(v);
+            let (p, q) = outline.ends_around(v);
             if !may_be_clipped(outline.places([p, v, q])) {
                 continue;
             }
@@ -100,7 +100,7 @@ impl Outline {
         }
     }
 
-    fn beside(&self, v: usize) -> (usize, usize) {
+    fn ends_around(&self, v: usize) -> (usize, usize) {
         (self.before[v], self.after[v])
     }
 
@@ -109,7 +109,7 @@ impl Outline {
     }
 
     fn clip(&mut self, v: usize) {
-        let (p, q) = self.beside(v);
+        let (p, q) = self.ends_around(v);
         self.alive[v] = false;
         self.after[p] = q;
         self.before[q] = p;
@@ -310,7 +310,7 @@ mod tests {
         let n = 60;
         let point = |k: usize| {
             let (radius, angle) = (
-                if k % 2 == 0 { 3.0 } else { 1.0 },
+                if k.is_multiple_of(2) { 3.0 } else { 1.0 },
                 std::f64::consts::TAU * k as f64 / n as f64,
             );
             [radius * angle.cos(), radius * angle.sin(), 0.0]

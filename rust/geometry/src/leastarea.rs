@@ -1,4 +1,4 @@
-//! Triangulate closed polylines in space with the least area: one recurrence, for all who need it.
+//! Triangulate closed polylines in space with the least area: one recurrence for all of them.
 //!
 //! The best triangulation between vertices i and j is the best triangle on that edge and the best
 //! triangulations beyond its two other edges (Barequet and Sharir 1995, "Filling gaps in the

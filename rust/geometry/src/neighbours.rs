@@ -25,20 +25,20 @@ pub fn join(quads: &[[i32; 4]], n_vertices: usize, perimeter: usize) -> Neighbou
     let mut twin = Vec::with_capacity(tail.len());
     let mut border = vec![-1; perimeter];
     // Each edge is met from both its ends: on the border, where one half-edge is, both at once.
-    let mut beside = Vec::with_capacity(tail.len() + perimeter);
+    let mut neighbours = Vec::with_capacity(tail.len() + perimeter);
     for (h, (&a, &b)) in tail.iter().zip(&head).enumerate() {
         let mut back = leaving.row(b).iter();
         let across = back.find(|&&g| head[g as usize] == a);
         twin.push(across.copied().unwrap_or(-1));
-        beside.push((a, b));
+        neighbours.push((a, b));
         if across.is_none() {
-            beside.push((b, a));
+            neighbours.push((b, a));
             if let Some(border) = border.get_mut(a as usize) {
                 *border = h as i32;
             }
         }
     }
-    let Rows { start, items } = Rows::group(n_vertices, &beside);
+    let Rows { start, items } = Rows::group(n_vertices, &neighbours);
     Neighbours {
         twin,
         start,

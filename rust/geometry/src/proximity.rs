@@ -3,7 +3,7 @@
 use crate::tree::{Bounds, Search, Tree, Triangle};
 use crate::vector::{Point, cross, dot, max, min, subtract};
 
-/// Squared sine of a triangle's smallest angle, about, below which its regions cannot be told
+/// Squared sine of a triangle's smallest angle, about, below which its regions cannot be kept
 /// apart: they are differences of products that nearly cancel.
 const NEEDLE: f64 = 1e-4;
 

@@ -4,7 +4,7 @@
 //! of results. The order is that of one quicksort, which databases and pictures made before depend
 //! on; a stable sort would give another.
 
-/// Ranges of up to so many items are sorted by insertion.
+/// The most items that are sorted by insertion.
 const SMALL: usize = 15;
 
 /// Return the order that sorts the keys, NaN last.

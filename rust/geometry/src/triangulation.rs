@@ -7,7 +7,7 @@ use crate::vector::Point;
 /// millisecond here.
 const MOST_EXACT: usize = 128;
 
-/// What an edge's squared length counts beside an area: among equal areas the shorter edges win.
+/// What an edge's squared length counts next to an area: among equal areas the shorter edges win.
 const PRICE: Price = Price {
     shorter: 1e-6,
     thin: 0.0,
