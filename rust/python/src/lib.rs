@@ -6,7 +6,9 @@
 
 mod arrays;
 mod core;
+mod flag;
 mod geometry;
+mod query;
 mod rows;
 
 use pyo3::prelude::*;
@@ -23,5 +25,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::keep_places_of_panics();
     core::add(&add_module(module, "core")?)?;
     geometry::add(&add_module(module, "geometry")?)?;
+    query::add(&add_module(module, "query")?)?;
     Ok(())
 }
