@@ -290,36 +290,45 @@ pub fn first_ahead(
 /// exactly the negative of what its neighbour sees: no line slips between them.
 struct Axis<'a> {
     line: Line<'a>,
-    /// The axes of space, the one nearest to the line last.
-    axes: [usize; 3],
-    /// How far the line goes along the first two while it goes 1 along the last.
+    /// The axis of space nearest to the line.
+    nearest: usize,
+    /// Where the line begins, turned by [`Axis::turn`].
+    start: Point,
+    /// How far the line goes along the other axes while it goes 1 along the nearest.
     shear: [f64; 2],
 }
 
 impl<'a> Axis<'a> {
     fn new(line: Line<'a>) -> Axis<'a> {
         let size = |c: usize| line.direction[c].abs();
-        let z = (1..3).fold(0, |z, c| if size(c) > size(z) { c } else { z });
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        let shear = [x, y].map(|c| line.direction[c] / line.direction[z]);
-        Axis {
+        let nearest = (1..3).fold(0, |z, c| if size(c) > size(z) { c } else { z });
+        let mut axis = Axis {
             line,
-            axes: [x, y, z],
-            shear,
+            nearest,
+            start: *line.start,
+            shear: [0.0; 2],
+        };
+        let [x, y, z] = axis.turn(line.direction);
+        axis.start = axis.turn(line.start);
+        axis.shear = [x / z, y / z];
+        axis
+    }
+
+    /// Return coordinates in another order, that of the nearest axis last.
+    #[inline(always)]
+    fn turn(&self, [x, y, z]: &Point) -> Point {
+        match self.nearest {
+            0 => [*y, *z, *x],
+            1 => [*z, *x, *y],
+            _ => [*x, *y, *z],
         }
     }
 
-    /// Return a point as seen along the line, and how far along the last axis it is.
+    /// Return a point as seen along the line, and how far along the nearest axis it is.
     #[inline(always)]
     fn look(&self, point: &Point) -> Point {
-        let [x, y, z] = self.axes;
-        let start = self.line.start;
-        let far = point[z] - start[z];
-        [
-            point[x] - start[x] - self.shear[0] * far,
-            point[y] - start[y] - self.shear[1] * far,
-            far,
-        ]
+        let [x, y, far] = subtract(&self.turn(point), &self.start);
+        [x - self.shear[0] * far, y - self.shear[1] * far, far]
     }
 
     /// Return where along the line, in lengths of its direction, it hits a triangle, and the weights
@@ -339,7 +348,7 @@ impl<'a> Axis<'a> {
         }
         let weights = [u / total, v / total, w / total];
         let far = weights[0] * az + weights[1] * bz + weights[2] * cz;
-        let s = far / self.line.direction[self.axes[2]];
+        let s = far / self.line.direction[self.nearest];
         (!s.is_nan()).then_some((s, weights))
     }
 }

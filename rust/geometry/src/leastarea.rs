@@ -139,12 +139,14 @@ impl<'a> Polyline<'a> {
         [self.x[i], self.y[i], self.z[i]]
     }
 
-    /// Return the vectors from vertex i to a range of vertices.
-    fn spokes(&self, i: usize, range: std::ops::Range<usize>) -> [Vec<f64>; 3] {
-        [self.x, self.y, self.z].map(|along| {
-            let to = along[range.clone()].iter();
-            to.map(|x| x - along[i]).collect()
-        })
+    /// Return the vertices of a range.
+    #[inline(always)]
+    fn part(&self, range: std::ops::Range<usize>) -> Polyline<'a> {
+        Polyline {
+            x: &self.x[range.clone()],
+            y: &self.y[range.clone()],
+            z: &self.z[range],
+        }
     }
 }
 
@@ -159,17 +161,21 @@ fn cosine(a: &Point, b: &Point, c: &Point) -> f64 {
     if cosine < FLAT - 1.0 { 2.0 } else { cosine }
 }
 
-/// Return the least sum of a row's and a column's entry and the length of the cross product of a
-/// spoke with one spoke, all of one length.
+/// Return the least sum, over some vertices, of a row's and a column's entry and the doubled area of
+/// the triangle with an edge.
 ///
 /// The least of each lane is found by itself, so that the loop runs in vector registers; which of
 /// equal sums is taken makes no difference.
 #[inline(always)]
-fn least_sum(row: &[f64], column: &[f64], spokes: [&[f64]; 3], spoke: &Point) -> f64 {
-    let sum = |r: f64, c: f64, x: f64, y: f64, z: f64| r + c + length(&cross(&[x, y, z], spoke));
+fn least_sum(row: &[f64], column: &[f64], vertices: Polyline, [from, to]: [Point; 2]) -> f64 {
+    let edge = subtract(&to, &from);
+    let sum = |r: f64, c: f64, x: f64, y: f64, z: f64| {
+        r + c + length(&cross(&subtract(&[x, y, z], &from), &edge))
+    };
     let (rows, row) = row.as_chunks::<LANES>();
     let (columns, column) = column.as_chunks::<LANES>();
-    let [(xs, x), (ys, y), (zs, z)] = spokes.map(|along| along.as_chunks::<LANES>());
+    let Polyline { x, y, z } = vertices;
+    let [(xs, x), (ys, y), (zs, z)] = [x, y, z].map(|along| along.as_chunks::<LANES>());
     let mut best = [f64::INFINITY; LANES];
     for ((((r, c), x), y), z) in rows.iter().zip(columns).zip(xs).zip(ys).zip(zs) {
         for l in 0..LANES {
@@ -192,14 +198,12 @@ pub fn tabulate_areas(at: &Polyline, barred: &[bool]) -> Vec<f64> {
     let n = at.len();
     let mut least = Table::new(n);
     for i in (0..n.saturating_sub(2)).rev() {
-        // Spokes to the vertices after i.
-        let [xs, ys, zs] = at.spokes(i, i + 1..n);
         for j in i + 2..n {
-            let between = j - i - 1;
-            let spoke = [xs[between], ys[between], zs[between]];
+            let between = i + 1..j;
+            let edge = [at.vertex(i), at.vertex(j)];
             let (row, column) = least.rows(i, j);
-            let spokes = [&xs[..between], &ys[..between], &zs[..between]];
-            let mut best = least_sum(&row[i + 1..j], &column[i + 1..j], spokes, &spoke);
+            let sides = (&row[between.clone()], &column[between.clone()]);
+            let mut best = least_sum(sides.0, sides.1, at.part(between), edge);
             if barred.get(i * n + j) == Some(&true) && j - i < n - 1 {
                 best = f64::INFINITY;
             }
@@ -266,18 +270,17 @@ pub fn tabulate_areas_around(at: &Polyline) -> Vec<f64> {
         y: &twice[1],
         z: &twice[2],
     };
-    let spokes: Vec<_> = (0..n).map(|i| twice.spokes(i, i + 1..i + n)).collect();
     let mut least = vec![0.0; n * n];
     // The same by the vertex where a stretch ends, the longest first: what the inner loop reads lies
     // in a row.
     let mut ending = vec![0.0; n * n];
     for s in 2..n {
-        for (i, [xs, ys, zs]) in spokes.iter().enumerate() {
-            let spoke = [xs[s - 1], ys[s - 1], zs[s - 1]];
+        for i in 0..n {
+            let edge = [twice.vertex(i), twice.vertex(i + s)];
             let row = &mut least[i * n..][..n];
             let column = &mut ending[(i + s) % n * n..][..n];
-            let before = [&xs[..s - 1], &ys[..s - 1], &zs[..s - 1]];
-            let best = least_sum(&row[1..s], &column[n - s..n - 1], before, &spoke);
+            let between = twice.part(i + 1..i + s);
+            let best = least_sum(&row[1..s], &column[n - s..n - 1], between, edge);
             row[s] = best;
             column[n - 1 - s] = best;
         }

@@ -87,19 +87,15 @@ pub fn list_joint_claims(
 
 /// Return the claims of one graph, those likeliest to be broken first.
 ///
-/// `joined` has the sides that each side is joined to, as bits. `seen` has a place for each set,
+/// `joined` has the sides that each side is joined to, as bits, each of two sides the other. `seen` has a place for each set,
 /// false before and after.
 fn list_of_graph(joined: &[i32], seen: &mut [bool]) -> Vec<i32> {
+    // The sides that are not joined to themselves.
+    let apart = (0..joined.len()).filter(|&i| joined[i] >> i & 1 == 0);
+    let apart = apart.fold(0, |sides, i| sides | 1 << i);
     // Sets of sides, and their neighbours.
-    let mut sets: Vec<(i32, i32)> = Vec::new();
-    for (i, &around) in joined
-        .iter()
-        .enumerate()
-        .filter(|(i, joined)| *joined >> i & 1 == 0)
-    {
-        sets.push((1 << i, around));
-        seen[1 << i] = true;
-    }
+    let mut sets: Vec<(i32, i32)> = sides_of(apart).map(|i| (1 << i, joined[i])).collect();
+    sets.iter().for_each(|&(set, _)| seen[set as usize] = true);
     // Claims and how likely each is to be broken: the lower the likelier.
     let mut found: Vec<(f64, i32)> = Vec::new();
     let mut head = 0;
@@ -107,10 +103,8 @@ fn list_of_graph(joined: &[i32], seen: &mut [bool]) -> Vec<i32> {
         head += 1;
         // Sides that ask for no neighbour more make the claim stronger; without them it is implied.
         let mut whole = true;
-        for (v, &own) in joined.iter().enumerate() {
-            if (some | around) >> v & 1 != 0 || own >> v & 1 != 0 || own & some != 0 {
-                continue;
-            }
+        for v in sides_of(apart & !(some | around)) {
+            let own = joined[v];
             whole &= own & !around != 0;
             let more = some | 1 << v;
             // Two sets whose neighbours are apart imply the claim of both.
@@ -135,6 +129,15 @@ fn list_of_graph(joined: &[i32], seen: &mut [bool]) -> Vec<i32> {
         seen[set as usize] = false;
     }
     found.into_iter().map(|(_, claim)| claim).collect()
+}
+
+/// Return the sides of a set, ascending.
+fn sides_of(mut set: i32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let side = (set != 0).then(|| set.trailing_zeros() as usize);
+        set &= set.wrapping_sub(1);
+        side
+    })
 }
 
 /// The sums of needs over all sets of the first, second and third five sides.

@@ -56,20 +56,18 @@ pub const PAIRS: usize = (LONGEST_BASE as usize + 1).pow(2);
 pub fn compare_pairs(words: &[i64], n: usize) -> Vec<i64> {
     let sides: Vec<&[i64]> = words.chunks_exact(n).collect();
     let size = LONGEST_BASE + 1;
-    let mut compared = Vec::with_capacity(sides.len().div_ceil(2) * PAIRS * n);
-    for pair in sides.chunks(2) {
-        for q in 0..size * size {
-            let first = pair[0]
-                .iter()
-                .map(|word| word.wrapping_sub(q / size * ONES));
-            match pair.get(1) {
-                Some(second) => compared.extend(
-                    first
-                        .zip(*second)
-                        .map(|(word, other)| word & other.wrapping_sub(q % size * ONES)),
-                ),
-                // The last side may have none next to it.
-                None => compared.extend(first),
+    let mut compared = vec![0; sides.len().div_ceil(2) * PAIRS * n];
+    let entries = compared.chunks_exact_mut(PAIRS * n);
+    for (compared, pair) in entries.zip(sides.chunks(2)) {
+        for (q, compared) in (0..).zip(compared.chunks_exact_mut(n)) {
+            for (compared, word) in compared.iter_mut().zip(pair[0]) {
+                *compared = word.wrapping_sub(q / size * ONES);
+            }
+            // The last side may have none next to it.
+            for second in &pair[1..] {
+                for (compared, word) in compared.iter_mut().zip(*second) {
+                    *compared &= word.wrapping_sub(q % size * ONES);
+                }
             }
         }
     }
