@@ -10,6 +10,7 @@ mod flag;
 mod geometry;
 mod query;
 mod rows;
+mod store;
 
 use pyo3::prelude::*;
 
@@ -26,5 +27,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     core::add(&add_module(module, "core")?)?;
     geometry::add(&add_module(module, "geometry")?)?;
     query::add(&add_module(module, "query")?)?;
+    store::add(&add_module(module, "store")?)?;
     Ok(())
 }
