@@ -36,7 +36,10 @@ pub fn smallest_key(code: &[u16], sense: Sense) -> Key {
     for start in code_starts(&twin) {
         let h = sense.start(&twin, start);
         rooted_code(&twin, n_quads, h, sense, &mut rooted, &mut reading, false);
-        if best.as_ref().is_none_or(|best| faces(&rooted).lt(best.faces.iter().copied())) {
+        if best
+            .as_ref()
+            .is_none_or(|best| faces(&rooted).lt(best.faces.iter().copied()))
+        {
             best = Some(Key {
                 faces: faces(&rooted).collect(),
                 twin: half_edges(&rooted),

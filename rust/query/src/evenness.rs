@@ -582,3 +582,55 @@ impl<'a> Completion<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slack_is_spread_evenly_first() {
+        assert_eq!(even_cost(3, 4), 4 + 4 + 9);
+        assert_eq!(even_cost(0, 4), 0);
+        let classes = [Class {
+            i: 0,
+            j: 1,
+            n: 2,
+            weight: 1,
+        }];
+        let parts = [0, 1].map(|chord| Part { class: 0, chord });
+        let spread = |budget, room| {
+            let wanted = Wanted {
+                budget,
+                exactly: true,
+                room,
+            };
+            spread_slack(&[3], &classes, &parts, wanted, &|| false)
+        };
+        assert_eq!(spread(13, 9), (vec![1, 2, 2, 1], 17));
+        assert_eq!(spread(13, 1).0, [1, 2]);
+        assert_eq!(spread(17, 9), (vec![0, 3, 3, 0], INFINITE));
+        assert_eq!(spread(12, 9), (vec![], 13));
+    }
+
+    #[test]
+    fn the_best_are_kept_in_order() {
+        let mut best = Best {
+            keep: 2,
+            ..Best::default()
+        };
+        for (key, width) in [(5, 1), (3, 2), (4, 3), (3, 1)] {
+            let solution = Solution {
+                key,
+                widths: vec![width],
+                tag: 0,
+            };
+            best.insert(solution, true);
+        }
+        let kept: Vec<_> = best
+            .solutions
+            .iter()
+            .map(|s| (s.key, s.widths[0]))
+            .collect();
+        assert_eq!(kept, [(3, 1), (3, 2)]);
+    }
+}

@@ -112,3 +112,27 @@ impl std::ops::IndexMut<[usize; 2]> for Square {
         &mut self.items[i * self.n + j]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_graph_lists_its_classes_by_side() {
+        let graphs = Graphs {
+            first: &[0, 0, 3],
+            class_i: &[0, 0, 2],
+            class_j: &[1, 2, 2],
+            claim: &[0, 0, 0, 1, 2, 3],
+            near_first: &[0, 0, 2, 3, 5],
+            near: &[1, 2, 0, 0, 2],
+            n_sides: 3,
+        };
+        let graph = graphs.graph(1);
+        assert!(graph.classes().eq([(0, 1), (0, 2), (2, 2)]));
+        let by_side: Vec<_> = graph.classes_by_side().collect();
+        assert_eq!(by_side, [(0, &[1, 2][..]), (2, &[2][..])]);
+        assert!(graph.near(2).eq([0, 2]));
+        assert_eq!(graphs.graph(0).classes().count(), 0);
+    }
+}

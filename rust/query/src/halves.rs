@@ -404,3 +404,31 @@ impl Transport {
         ])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_of_a_class_are_those_of_all_flows() {
+        let class = |i, j| Class {
+            i,
+            j,
+            n: 1,
+            weight: 1,
+        };
+        // A square: what one class takes, its neighbours do not.
+        let classes = [class(0, 1), class(1, 2), class(2, 3), class(0, 3)];
+        let mut transport = Transport::default();
+        let mut slack = [3, 5, 4, 2];
+        let mut closed = [false; 4];
+        let mut tighten =
+            |range| transport.tighten_bounds(&mut slack, &classes, &mut closed, 0, range);
+        assert_eq!(tighten([0, 3]), Some([1, 3]));
+        slack = [3, 5, 4, 3];
+        assert_eq!(
+            transport.tighten_bounds(&mut slack, &classes, &mut closed, 0, [0, 3]),
+            None
+        );
+    }
+}

@@ -418,3 +418,52 @@ pub fn choose_class(residual: &[i32], classes: &[Class], closed: &[bool]) -> Cho
     };
     Choice::Class(k, bounds)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn class(i: usize, j: usize) -> Class {
+        Class {
+            i,
+            j,
+            n: 1,
+            weight: 1,
+        }
+    }
+
+    /// Three sides, each joined to both others.
+    fn triangle() -> [Class; 3] {
+        [class(0, 1), class(0, 2), class(1, 2)]
+    }
+
+    #[test]
+    fn an_odd_cycle_has_halves_alone_where_the_sum_is_odd() {
+        assert!(is_soluble(&[2, 2, 2], &triangle()));
+        assert!(is_soluble(&[1, 2, 3], &triangle()));
+        assert!(!is_soluble(&[1, 1, 1], &triangle()));
+        assert!(!is_soluble(&[5, 1, 2], &triangle()));
+    }
+
+    #[test]
+    fn halves_are_rounded_along_augmenting_paths() {
+        // Two triangles joined at one side each: a half is left over in both.
+        let mut classes: Vec<Class> = triangle().into();
+        classes.extend([class(3, 4), class(3, 5), class(4, 5), class(2, 3)]);
+        assert!(is_soluble(&[1; 6], &classes));
+        classes.pop();
+        assert!(!is_soluble(&[1; 6], &classes));
+    }
+
+    #[test]
+    fn the_side_with_the_fewest_classes_is_decided_first() {
+        let classes = [class(0, 1), class(1, 2), class(1, 1)];
+        let choice = choose_class(&[2, 9, 3], &classes, &[false; 3]);
+        assert_eq!(choice, Choice::Class(0, [2, 2]));
+        assert_eq!(choose_class(&[0; 3], &classes, &[true; 3]), Choice::Done);
+        assert_eq!(
+            choose_class(&[1, 0, 0], &classes, &[false; 3]),
+            Choice::Dead
+        );
+    }
+}

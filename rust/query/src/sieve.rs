@@ -209,3 +209,45 @@ pub fn has_lane(left: &[Words], lane: usize) -> bool {
 pub fn drop_lane(left: &mut [Words], lane: usize) {
     left.as_flattened_mut()[lane / LANES] ^= 1 << (BITS * (lane % LANES) + BITS - 1);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_pass_whose_sides_and_neighbours_are_long_enough() {
+        // Two sides joined to each other, seen in two lanes with the lengths (3, 3) and (2, 3).
+        let marks = [[0x8080, 0, 0, 0]];
+        let words: Vec<i64> = [[0x8283, 0, 0, 0], [0x8383, 0, 0, 0]].concat();
+        let compared = compare_pairs(&words, GROUP);
+        let claims = Claims {
+            lengths: &[3, 2, 3, 3],
+            n_lanes: 2,
+            claimant: &[0, 1],
+            near_first: &[0, 1, 2],
+            near: &[1, 0],
+        };
+        let mut stated = vec![0; 2 * GROUP * LANES];
+        state_claims(&claims, &[0, 1, 0], 0, &mut stated, GROUP * LANES);
+        assert_eq!(stated[..3], [129, 130, 128]);
+        let lanes = |bytes: &[u8]| i64::from_le_bytes(bytes.try_into().unwrap());
+        let stated: Vec<i64> = stated.chunks_exact(LANES).map(lanes).collect();
+        let mut sieve = Sieve {
+            pairs: &[2 * 16 + 2],
+            surplus: &[1, 1],
+            claim: &[0, 1],
+            marks: &marks,
+            compared: compared.as_chunks().0,
+            stated: stated.as_chunks().0,
+            n_sides: 2,
+        };
+        let mut left = [[0; GROUP]];
+        assert!(sieve.sift(0, &mut left));
+        // In the second lane side 1 asks for one edge more than side 0 has.
+        assert!(has_lane(&left, 0) && !has_lane(&left, 1));
+        drop_lane(&mut left, 0);
+        assert_eq!(left, [[0; GROUP]]);
+        sieve.pairs = &[2 * 16 + 4];
+        assert!(!sieve.sift(0, &mut left));
+    }
+}
