@@ -148,7 +148,7 @@ def _cut_chosen(
 
 @kernel
 def _cut(points: Points, corners: Int32Array, offsets: NDArray[np.int64]) -> Int32Array:
-    """(t, 3) the triangles of all faces, n - 2 of a face with n corners; 0 where these are more than
+    """(t, 3) the triangles of all faces, n - 2 of a face with n corners; 0 where n is above
     MOST_EXACT."""
     total = 0
     for f in range(len(offsets) - 1):
