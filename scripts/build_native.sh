@@ -3,4 +3,6 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 cargo build --release --manifest-path rust/Cargo.toml
-cp "${CARGO_TARGET_DIR:-rust/target}/release/lib_native.so" patterndb/_native.abi3.so
+# A process that has the old one mapped keeps it.
+cp "${CARGO_TARGET_DIR:-rust/target}/release/lib_native.so" patterndb/_native.new
+mv patterndb/_native.new patterndb/_native.abi3.so

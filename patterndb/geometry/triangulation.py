@@ -148,12 +148,12 @@ def _cut_chosen(
 
 @kernel
 def _cut(points: Points, corners: Int32Array, offsets: NDArray[np.int64]) -> Int32Array:
-    """(t, 3) the triangles of all faces, n - 2 of a face with n corners; unwritten where these are
-    more than MOST_EXACT."""
+    """(t, 3) the triangles of all faces, n - 2 of a face with n corners; 0 where n is above
+    MOST_EXACT."""
     total = 0
     for f in range(len(offsets) - 1):
         total += max(offsets[f + 1] - offsets[f] - 2, 0)
-    result = np.empty((total, 3), np.int32)
+    result = np.zeros((total, 3), np.int32)
     at = 0
     for f in range(len(offsets) - 1):
         n = offsets[f + 1] - offsets[f]

@@ -178,18 +178,16 @@ def keep_carriers(
     result = allowed.copy()
 
     def run(first: int) -> None:
-        last = min(first + ROWS_PER_THREAD, len(rows))
+        some = slice(first, first + ROWS_PER_THREAD)
         _keep_carrying(
             labels.words,
             labels.start,
-            rows,
-            result,
+            rows[some],
+            result[some],
             question.lengths,
             question.weights,
             question.flows,
             question.tolerance,
-            first,
-            last,
             cancelled,
             once,
         )
@@ -218,21 +216,19 @@ def solve_rows(
     best = np.zeros((len(rows), keep, longest + 1), np.int32)
 
     def run(first: int) -> None:
-        last = min(first + ROWS_PER_THREAD, len(rows))
+        some = slice(first, first + ROWS_PER_THREAD)
         _solve_rows(
             labels.words,
             labels.start,
-            rows,
-            allowed,
+            rows[some],
+            allowed[some],
             question.lengths,
             question.weights,
             question.flows,
             question.tolerance,
-            first,
-            last,
-            count,
-            key,
-            best,
+            count[some],
+            key[some],
+            best[some],
             cancelled,
         )
 
@@ -281,16 +277,14 @@ def _keep_carrying(
     weights: Int32Array,
     flows: Int32Array,
     tolerance: int,
-    first: int,
-    last: int,
     cancelled: NDArray[np.uint8],
     once: bool,
 ) -> None:
-    """Kernel of :func:`keep_carriers` for rows first..last - 1; clears ``allowed``."""
+    """Kernel of :func:`keep_carriers` for some rows; clears ``allowed`` (r, o)."""
     n_orientations, n_sides = lengths.shape
     side_start = np.empty(n_sides + 1, np.int32)
     no_keys = np.empty(0, np.int64)
-    for r in range(first, last):
+    for r in range(len(rows)):
         if cancelled[0]:
             return
         row = rows[r]
@@ -337,14 +331,12 @@ def _solve_rows(
     weights: Int32Array,
     flows: Int32Array,
     tolerance: int,
-    first: int,
-    last: int,
     count: NDArray[np.int64],
     key: NDArray[np.int64],
     best: NDArray[np.int32],
     cancelled: NDArray[np.uint8],
 ) -> None:
-    """Kernel of :func:`solve_rows` for rows first..last - 1.
+    """Kernel of :func:`solve_rows` for some rows.
 
     count: (r,), key: (r, keep), best: (r, keep, longest + 1), with the orientation last.
     """
@@ -354,7 +346,7 @@ def _solve_rows(
     side_start = np.empty(n_sides + 1, np.int32)
     keys = np.empty(keep, np.int64)
     order = np.empty(keep, np.int64)
-    for r in range(first, last):
+    for r in range(len(rows)):
         if cancelled[0]:
             return
         row = rows[r]

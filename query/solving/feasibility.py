@@ -172,15 +172,18 @@ def _answer(
     seen = np.ascontiguousarray(lengths.T)
     flag = np.zeros(1, np.uint8) if cancel is None else cancel
     claim, near_first, near = systems.graphs[3:]
+    of_claims = seen, systems.claimant, near_first, near
     # Few rows make few of the claims.
-    few = len(rows) * claim.shape[1] < len(stated)
-    claims = (claim[patterns.signature[rows]] if few else np.arange(len(stated))).astype(np.int32)
+    if len(rows) * claim.shape[1] < len(stated):
+        state_claims(*of_claims, claim[patterns.signature[rows]].ravel(), 0, stated)
+    else:
+        claims = np.arange(len(stated), dtype=np.int32)
 
-    def state(first: int) -> None:
-        some = claims.ravel()[first : first + CLAIMS_PER_THREAD]
-        state_claims(seen, systems.claimant, near_first, near, some, stated)
+        def state(first: int) -> None:
+            last = first + CLAIMS_PER_THREAD
+            state_claims(*of_claims, claims[first:last], first, stated[first:last])
 
-    share_out(state, range(0, claims.size, CLAIMS_PER_THREAD), 1 if few else threads)
+        share_out(state, range(0, len(claims), CLAIMS_PER_THREAD), threads)
     query = _Query(
         lengths,
         compared,

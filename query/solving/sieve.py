@@ -85,17 +85,19 @@ def state_claims(
     near_first: Int32Array,
     near: Int16Array,
     claims: Int32Array,
+    first: int,
     stated: NDArray[np.uint8],
 ) -> None:
     """Write the lanes (k, g * LANES) of those of the claims that have none yet, which are 0.
 
     lengths: (w, n) of the lanes; claimant to near: see :class:`query.solving.systems.Systems`.
-    claims: (c,), some more than once.
+    claims: (c,), some more than once. stated: the lanes of claims first..first + k - 1.
     """
     n = lengths.shape[1]
     spare = np.empty(n, np.int32)
     for q in claims:
-        if stated[q, 0] != 0:
+        row = q - first
+        if stated[row, 0] != 0:
             continue
         for lane in range(n):
             spare[lane] = -lengths[claimant[q], lane]
@@ -104,8 +106,8 @@ def state_claims(
             for lane in range(n):
                 spare[lane] += lengths[side, lane]
         for lane in range(n):
-            stated[q, lane] = HIGHEST + min(max(spare[lane] + 1, 0), MOST_SURPLUS)
-        stated[q, n:] = HIGHEST
+            stated[row, lane] = HIGHEST + min(max(spare[lane] + 1, 0), MOST_SURPLUS)
+        stated[row, n:] = HIGHEST
 
 
 @kernel(inline="always")

@@ -47,7 +47,7 @@ def passing_lanes(systems: Systems, lengths: Int32Array) -> NDArray[np.bool_]:
     graphs = systems.graphs
     every = np.arange(len(stated), dtype=np.int32)
     seen = np.ascontiguousarray(lengths.T)
-    state_claims(seen, systems.claimant, graphs.near_first, graphs.near, every, stated)
+    state_claims(seen, systems.claimant, graphs.near_first, graphs.near, every, 0, stated)
     found = np.zeros((len(systems.base), len(lengths)), np.bool_)
     for row in range(len(found)):
         left = np.zeros(len(marks), np.int64)

@@ -248,7 +248,7 @@ class TestTriangulating:
         for points in (
             rng.normal(size=(n, 3)),
             np.zeros((n, 3)),
-            np.outer(np.arange(n), [1, 2, 3]),
+            np.outer(np.arange(n), [1.0, 2.0, 3.0]),
         ):
             triangles, _ = cut_faces(polygons([[*range(n)]], points))
             assert sorted(map(sorted, edges_once(triangles))) == sorted(

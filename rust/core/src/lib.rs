@@ -4,6 +4,7 @@
 //! looks at a clock. Modules have the names of the Python modules that call them.
 
 pub mod code;
+pub mod ddqkey;
 pub mod description;
 pub mod halfedge;
 pub mod label;

@@ -4,8 +4,7 @@ use std::any::Any;
 use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 
-use numpy::prelude::*;
-use numpy::{Element, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1};
+use numpy::{Element, PyReadonlyArray1, PyReadwriteArray1};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 
@@ -46,31 +45,6 @@ pub fn read<'a, T: Element>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<&'a 
     array
         .as_slice()
         .map_err(|_| PyValueError::new_err("an array is not contiguous"))
-}
-
-/// Return the rows of an array to read; ValueError where it is not contiguous or has not `N` columns.
-pub fn read_rows<'a, T: Element, const N: usize>(
-    array: &'a PyReadonlyArray2<'_, T>,
-) -> PyResult<&'a [[T; N]]> {
-    let flat = array
-        .as_slice()
-        .map_err(|_| PyValueError::new_err("an array is not contiguous"))?;
-    let columns = array.shape()[1];
-    if columns != N {
-        return Err(PyValueError::new_err(format!(
-            "an array has {columns} columns, not {N}"
-        )));
-    }
-    Ok(flat.as_chunks::<N>().0)
-}
-
-/// Return quads as an array with four columns.
-pub fn quads_to_array<'py>(
-    py: Python<'py>,
-    quads: Vec<[i32; 4]>,
-) -> PyResult<Bound<'py, PyArray2<i32>>> {
-    let n = quads.len();
-    PyArray1::from_vec(py, quads.into_flattened()).reshape([n, 4])
 }
 
 /// Return the elements of an array to write to; ValueError where it is not contiguous.

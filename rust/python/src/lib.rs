@@ -6,9 +6,12 @@
 
 mod arrays;
 mod core;
+mod flag;
+mod geometry;
 mod ingest;
 mod query;
 mod rows;
+mod store;
 
 use pyo3::prelude::*;
 
@@ -23,7 +26,9 @@ fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::keep_places_of_panics();
     core::add(&add_module(module, "core")?)?;
+    geometry::add(&add_module(module, "geometry")?)?;
     ingest::add(&add_module(module, "ingest")?)?;
     query::add(&add_module(module, "query")?)?;
+    store::add(&add_module(module, "store")?)?;
     Ok(())
 }

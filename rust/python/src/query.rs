@@ -2,6 +2,7 @@
 
 mod expand;
 mod identity;
+mod solving;
 
 use pyo3::prelude::*;
 
@@ -9,5 +10,6 @@ use crate::add_module;
 
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     expand::add(&add_module(module, "expand")?)?;
-    identity::add(&add_module(module, "identity")?)
+    identity::add(&add_module(module, "identity")?)?;
+    solving::add(&add_module(module, "solving")?)
 }

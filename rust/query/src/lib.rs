@@ -1,4 +1,9 @@
-//! Fills of boundaries and holes: solving, expansion, ranking.
+//! Fills of boundaries and holes: which patterns fit, how wide their polychords become, expansion.
+//!
+//! Every function takes slices and returns owned data; nothing here reads files, starts threads or
+//! looks at a clock. Modules have the names of the Python modules that call them.
 
 pub mod expand;
 pub mod identity;
+pub mod marks;
+pub mod solving;

@@ -4,7 +4,8 @@ use numpy::{PyArray2, PyReadonlyArray1};
 use patterndb_query::expand;
 use pyo3::prelude::*;
 
-use crate::arrays::{quads_to_array, read, run};
+use crate::arrays::{read, run};
+use crate::rows::from_rows;
 
 #[pyfunction]
 fn expand_quads<'py>(
@@ -19,7 +20,7 @@ fn expand_quads<'py>(
     let (quads, n_vertices) = run(py, || {
         expand::expand_quads(twin, across, perimeter, first, mirrored)
     })?;
-    Ok((quads_to_array(py, quads)?, n_vertices))
+    Ok((from_rows(py, quads)?, n_vertices))
 }
 
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -4,7 +4,8 @@ use numpy::{IntoPyArray, PyArray1, PyReadonlyArray2};
 use patterndb_query::identity;
 use pyo3::prelude::*;
 
-use crate::arrays::{read_rows, run};
+use crate::arrays::run;
+use crate::rows::read_rows;
 
 #[pyfunction]
 fn weld_quads<'py>(

@@ -1,0 +1,60 @@
+//! `patterndb._native.query.solving.sieve`.
+
+use numpy::{
+    IntoPyArray, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray2,
+    PyUntypedArrayMethods,
+};
+use patterndb_query::solving::sieve::{self, Claims};
+use pyo3::prelude::*;
+
+use crate::arrays::{read, run};
+use crate::rows::{read_all, write_all};
+
+#[pyfunction]
+fn compare_pairs<'py>(
+    py: Python<'py>,
+    words: PyReadonlyArray2<'py, i64>,
+) -> PyResult<Bound<'py, PyArray3<i64>>> {
+    let (n_sides, n) = (words.shape()[0], words.shape()[1]);
+    let words = read_all(&words)?;
+    let compared = run(py, || sieve::compare_pairs(words, n))?;
+    let n_pairs = n_sides.div_ceil(2);
+    compared
+        .into_pyarray(py)
+        .reshape([n_pairs, sieve::PAIRS, n])
+}
+
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "they are those of the Python kernel"
+)]
+fn state_claims<'py>(
+    py: Python<'py>,
+    lengths: PyReadonlyArray2<'py, i32>,
+    claimant: PyReadonlyArray1<'py, i16>,
+    near_first: PyReadonlyArray1<'py, i32>,
+    near: PyReadonlyArray1<'py, i16>,
+    claims: PyReadonlyArray1<'py, i32>,
+    first: usize,
+    mut stated: PyReadwriteArray2<'py, u8>,
+) -> PyResult<()> {
+    let of_class = Claims {
+        lengths: read_all(&lengths)?,
+        n_lanes: lengths.shape()[1],
+        claimant: read(&claimant)?,
+        near_first: read(&near_first)?,
+        near: read(&near)?,
+    };
+    let claims = read(&claims)?;
+    let width = stated.shape()[1];
+    let stated = write_all(&mut stated)?;
+    run(py, || {
+        sieve::state_claims(&of_class, claims, first, stated, width)
+    })
+}
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(compare_pairs, module)?)?;
+    module.add_function(wrap_pyfunction!(state_claims, module)?)
+}

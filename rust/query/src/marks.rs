@@ -1,0 +1,3 @@
+//! Marked patterns: where the corners of a boundary fall on them.
+
+pub mod markplaces;

@@ -1,0 +1,253 @@
+//! A sieve for systems: orientations that two conditions refuse, eight at a time and unsolved.
+//!
+//! A side of a pattern can be no shorter than its base length, and what it is wider than that its
+//! neighbours must be together, since a polychord takes as much from one end as from the other:
+//!
+//! ```text
+//! lengths_i >= base_i
+//! sum of lengths_j - lengths_i >= sum of base_j - base_i, over the sides j that i is joined to
+//! ```
+//!
+//! The right-hand sides are the pattern's, the left-hand ones the boundary's: the first depends on
+//! the side alone, the second on the side and its neighbours, a *claim* ([`crate::solving::graphs`]). A class
+//! of 20,000 patterns of 12 sides has some 3,000 of these, so that a query works all left-hand sides
+//! out once, and compares.
+//!
+//! It compares *words*: 64-bit integers of eight bytes, a byte for each *lane*, which is a way in
+//! which a pattern can see the boundary. The bytes hold v + 128 for a left-hand side v, cut off to
+//! 0..127. Less a number of 0..127 in every byte, the highest bit of each is set where v is at least
+//! that number, and nothing is borrowed from the byte above. Since claims may be below 0, both sides
+//! of the second are one more. What the first condition yields for two sides is looked up by both
+//! base lengths, cut off at [`LONGEST_BASE`]. Cut off, more may pass, never less: what passes is not
+//! known to fit.
+
+/// Lanes in a word.
+pub const LANES: usize = 8;
+
+/// Bits of each lane.
+const BITS: usize = 8;
+
+/// Words that are compared at once: 32 lanes, as many as 16 sides have.
+pub const GROUP: usize = 4;
+
+/// The words of some lanes, the first lane in the lowest byte.
+pub type Words = [i64; GROUP];
+
+/// 1 in every lane.
+const ONES: i64 = 0x0101_0101_0101_0101;
+
+/// The highest bit of a lane.
+const HIGHEST: i32 = 128;
+
+/// The longest base length that the sieve keeps apart from longer ones, so that two are one byte.
+pub const LONGEST_BASE: i64 = 15;
+
+/// The most that the sieve knows of a side's neighbours: a greater surplus is a weaker sieve, no
+/// other answer.
+pub const MOST_SURPLUS: i32 = 127;
+
+/// Pairs of base lengths.
+pub const PAIRS: usize = (LONGEST_BASE as usize + 1).pow(2);
+
+/// Compare the lengths of each two sides with all base lengths that they may have.
+///
+/// `words` holds for each side `n` words of lanes. Returns, for sides 2 p and 2 p + 1 and each number
+/// q of [`Rows::pairs`], the lanes in which the sides are as long as q asks: `n` words for each.
+pub fn compare_pairs(words: &[i64], n: usize) -> Vec<i64> {
+    let sides: Vec<&[i64]> = words.chunks_exact(n).collect();
+    let size = LONGEST_BASE + 1;
+    let mut compared = vec![0; sides.len().div_ceil(2) * PAIRS * n];
+    let entries = compared.chunks_exact_mut(PAIRS * n);
+    for (compared, pair) in entries.zip(sides.chunks(2)) {
+        for (q, compared) in (0..).zip(compared.chunks_exact_mut(n)) {
+            for (compared, word) in compared.iter_mut().zip(pair[0]) {
+                *compared = word.wrapping_sub(q / size * ONES);
+            }
+            // The last side may have none next to it.
+            for second in &pair[1..] {
+                for (compared, word) in compared.iter_mut().zip(*second) {
+                    *compared &= word.wrapping_sub(q % size * ONES);
+                }
+            }
+        }
+    }
+    compared
+}
+
+/// The claims of a class, and the lengths that lanes have.
+#[derive(Clone, Copy, Debug)]
+pub struct Claims<'a> {
+    /// For each side a row of the lengths in all lanes.
+    pub lengths: &'a [i32],
+    /// Number of lanes.
+    pub n_lanes: usize,
+    /// The side that makes each claim.
+    pub claimant: &'a [i16],
+    /// Where the sides of each claim begin in `near`, and where those of the last end.
+    pub near_first: &'a [i32],
+    /// The sides of the claims.
+    pub near: &'a [i16],
+}
+
+impl Claims<'_> {
+    fn lengths(&self, side: i16) -> &[i32] {
+        &self.lengths[side as usize * self.n_lanes..][..self.n_lanes]
+    }
+
+    /// Write the lanes of a claim: what the neighbours have beyond the side's own length.
+    fn state(&self, claim: usize, spare: &mut [i32], stated: &mut [u8]) {
+        for (spare, length) in spare.iter_mut().zip(self.lengths(self.claimant[claim])) {
+            *spare = -length;
+        }
+        let near = self.near_first[claim] as usize..self.near_first[claim + 1] as usize;
+        for &side in &self.near[near] {
+            for (spare, length) in spare.iter_mut().zip(self.lengths(side)) {
+                *spare += length;
+            }
+        }
+        let (lanes, rest) = stated.split_at_mut(self.n_lanes);
+        for (lane, spare) in lanes.iter_mut().zip(spare) {
+            *lane = (HIGHEST + (*spare + 1).clamp(0, MOST_SURPLUS)) as u8;
+        }
+        rest.fill(HIGHEST as u8);
+    }
+}
+
+/// Write the lanes of those of some claims that have none yet, which are 0.
+///
+/// `stated` holds rows of `width` lanes, of the claims from `first` on. Claims may repeat.
+pub fn state_claims(claims: &Claims, some: &[i32], first: usize, stated: &mut [u8], width: usize) {
+    let mut spare = vec![0; claims.n_lanes];
+    for &claim in some {
+        let claim = claim as usize;
+        let row = &mut stated[(claim - first) * width..][..width];
+        if row[0] == 0 {
+            claims.state(claim, &mut spare, row);
+        }
+    }
+}
+
+/// What the sieve knows of systems and of a boundary.
+#[derive(Clone, Copy, Debug)]
+pub struct Sieve<'a> {
+    /// For each system a row, of each two sides (LONGEST_BASE + 1) a + b, where a and b are their base
+    /// lengths, at most LONGEST_BASE; b is 0 where there is one side more.
+    pub pairs: &'a [u8],
+    /// For each system a row, one more than what the base lengths of a side's neighbours have beyond
+    /// its own, at most MOST_SURPLUS; 0 where it is joined to itself: it asks no other.
+    pub surplus: &'a [u8],
+    /// For each system a row: the claim of each side.
+    pub claim: &'a [i32],
+    /// The words with the highest bit of each lane.
+    pub marks: &'a [Words],
+    /// What [`compare_pairs`] returns.
+    pub compared: &'a [Words],
+    /// What [`state_claims`] writes.
+    pub stated: &'a [Words],
+    /// Number of sides.
+    pub n_sides: usize,
+}
+
+#[inline(always)]
+fn keep(lanes: &mut Words, others: &Words, least: i64) {
+    for (word, other) in lanes.iter_mut().zip(others) {
+        *word &= other.wrapping_sub(least);
+    }
+}
+
+#[inline(always)]
+fn is_any(lanes: &Words) -> bool {
+    lanes[0] | lanes[1] | lanes[2] | lanes[3] != 0
+}
+
+impl Sieve<'_> {
+    /// Write the lanes in which the system of a row passes; return whether any does.
+    #[inline(always)]
+    pub fn sift(&self, row: usize, left: &mut [Words]) -> bool {
+        let w = self.n_sides;
+        let n_pairs = w.div_ceil(2);
+        let pairs = &self.pairs[row * n_pairs..][..n_pairs];
+        let claims = &self.claim[row * w..][..w];
+        let surplus = &self.surplus[row * w..][..w];
+        let n = self.marks.len();
+        let mut passing = false;
+        for (g, left) in left.iter_mut().enumerate() {
+            let mut lanes = self.marks[g];
+            for (p, &q) in pairs.iter().enumerate() {
+                keep(
+                    &mut lanes,
+                    &self.compared[(p * PAIRS + q as usize) * n + g],
+                    0,
+                );
+            }
+            // Half of the claims refuse most of what all do.
+            for sides in [0..n_pairs, n_pairs..w] {
+                if !is_any(&lanes) {
+                    break;
+                }
+                for (&claim, &surplus) in claims[sides.clone()].iter().zip(&surplus[sides]) {
+                    let least = i64::from(surplus) * ONES;
+                    keep(&mut lanes, &self.stated[claim as usize * n + g], least);
+                }
+            }
+            *left = lanes;
+            passing |= is_any(&lanes);
+        }
+        passing
+    }
+}
+
+/// Return whether a lane is among those left.
+#[inline(always)]
+pub fn has_lane(left: &[Words], lane: usize) -> bool {
+    let word = left.as_flattened()[lane / LANES];
+    (word >> (BITS * (lane % LANES) + BITS - 1)) & 1 != 0
+}
+
+/// Take a lane that is left from those left.
+#[inline(always)]
+pub fn drop_lane(left: &mut [Words], lane: usize) {
+    left.as_flattened_mut()[lane / LANES] ^= 1 << (BITS * (lane % LANES) + BITS - 1);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lanes_pass_whose_sides_and_neighbours_are_long_enough() {
+        // Two sides joined to each other, seen in two lanes with the lengths (3, 3) and (2, 3).
+        let marks = [[0x8080, 0, 0, 0]];
+        let words: Vec<i64> = [[0x8283, 0, 0, 0], [0x8383, 0, 0, 0]].concat();
+        let compared = compare_pairs(&words, GROUP);
+        let claims = Claims {
+            lengths: &[3, 2, 3, 3],
+            n_lanes: 2,
+            claimant: &[0, 1],
+            near_first: &[0, 1, 2],
+            near: &[1, 0],
+        };
+        let mut stated = vec![0; 2 * GROUP * LANES];
+        state_claims(&claims, &[0, 1, 0], 0, &mut stated, GROUP * LANES);
+        assert_eq!(stated[..3], [129, 130, 128]);
+        let lanes = |bytes: &[u8]| i64::from_le_bytes(bytes.try_into().unwrap());
+        let stated: Vec<i64> = stated.chunks_exact(LANES).map(lanes).collect();
+        let mut sieve = Sieve {
+            pairs: &[2 * 16 + 2],
+            surplus: &[1, 1],
+            claim: &[0, 1],
+            marks: &marks,
+            compared: compared.as_chunks().0,
+            stated: stated.as_chunks().0,
+            n_sides: 2,
+        };
+        let mut left = [[0; GROUP]];
+        assert!(sieve.sift(0, &mut left));
+        // In the second lane side 1 asks for one edge more than side 0 has.
+        assert!(has_lane(&left, 0) && !has_lane(&left, 1));
+        drop_lane(&mut left, 0);
+        assert_eq!(left, [[0; GROUP]]);
+        sieve.pairs = &[2 * 16 + 4];
+        assert!(!sieve.sift(0, &mut left));
+    }
+}
