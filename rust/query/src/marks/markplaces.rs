@@ -68,7 +68,12 @@ impl Rim {
             chord.extend(*name);
         }
         let symmetries = list_symmetries(code, &twin, &border, &quads);
-        Self { quads, chord, ends, symmetries }
+        Self {
+            quads,
+            chord,
+            ends,
+            symmetries,
+        }
     }
 
     /// Does no symmetry of the pattern take the marks to a smaller image? Of all images of a choice
@@ -102,10 +107,16 @@ fn list_symmetries(code: &[u16], twin: &[i32], border: &[i32], quads: &[i32]) ->
         for sense in [Sense::CounterClockwise, Sense::Clockwise] {
             seen.copy_from_slice(code);
             let start = sense.start(twin, border[shift]);
-            let mut reading =
-                Reading { number: &mut number, entry: &mut entry, order: &mut order };
+            let mut reading = Reading {
+                number: &mut number,
+                entry: &mut entry,
+                order: &mut order,
+            };
             if rooted_code(twin, q, start, sense, &mut seen, &mut reading, true).is_eq() {
-                found.push(Symmetry { shift, reflected: sense == Sense::Clockwise });
+                found.push(Symmetry {
+                    shift,
+                    reflected: sense == Sense::Clockwise,
+                });
             }
         }
     }
@@ -137,7 +148,11 @@ impl Marks {
 
     /// Is there a mark where a strand of an edge begins?
     fn is_marked(&self, edge: usize, strand: i32) -> bool {
-        if strand == 0 { self.at_vertex[edge] } else { self.bits[edge] >> (strand - 1) & 1 == 1 }
+        if strand == 0 {
+            self.at_vertex[edge]
+        } else {
+            self.bits[edge] >> (strand - 1) & 1 == 1
+        }
     }
 }
 
@@ -227,7 +242,14 @@ pub fn list_records<'a>(
         let rim = Rim::of_code(pattern.code);
         if let Some(search) = Search::new(&rim, &pattern, bounds, partings) {
             search.run(|marks| {
-                write_record(&rim, marks, number, pattern.n_irregular, bounds, &mut records);
+                write_record(
+                    &rim,
+                    marks,
+                    number,
+                    pattern.n_irregular,
+                    bounds,
+                    &mut records,
+                );
             });
         }
     }
@@ -267,10 +289,15 @@ impl<'a> Search<'a> {
             // Every corner is irregular, marked or not.
             budget -= corners[0] - pattern.n_reflex;
         }
-        let reachable =
-            bounds.free || (corners[0] - n_marks).abs() <= budget + pattern.n_reflex;
-        (budget >= 0 && reachable)
-            .then_some(Self { rim, partings, n_marks, free: bounds.free, budget, corners })
+        let reachable = bounds.free || (corners[0] - n_marks).abs() <= budget + pattern.n_reflex;
+        (budget >= 0 && reachable).then_some(Self {
+            rim,
+            partings,
+            n_marks,
+            free: bounds.free,
+            budget,
+            corners,
+        })
     }
 
     fn run(&self, mut found: impl FnMut(&Marks)) {
@@ -327,8 +354,7 @@ impl<'a> Search<'a> {
     fn allows(&self, item: usize, spent: i32, placed: i32) -> bool {
         spent <= self.budget
             && placed <= self.n_marks
-            && (self.free
-                || placed + self.corners[item + 1] + self.budget - spent >= self.n_marks)
+            && (self.free || placed + self.corners[item + 1] + self.budget - spent >= self.n_marks)
     }
 }
 
@@ -345,9 +371,18 @@ fn write_record(
     records.head.resize(begin + Records::width(n), 0);
     let (columns, rest) = records.head[begin..].split_at_mut(HEAD);
     let (counts, system) = rest.split_at_mut(n);
-    let mut joins = Joins { n, of: vec![0; n * n] };
-    let label =
-        write_label(rim, marks, counts, &mut records.label, &mut records.chord, &mut joins);
+    let mut joins = Joins {
+        n,
+        of: vec![0; n * n],
+    };
+    let label = write_label(
+        rim,
+        marks,
+        counts,
+        &mut records.label,
+        &mut records.chord,
+        &mut joins,
+    );
     let (rotation, reflected) = joins.write_canonical_system(system);
     let corners = rim.quads.iter().filter(|&&quads| quads != 2).count();
     let unmarked = (0..rim.quads.len())
@@ -393,7 +428,11 @@ fn write_label(
     }
     let mut known: Vec<Option<(i16, usize)>> = vec![None; base[rim.ends.len()]];
     let step = |edge: usize, strand: i32| {
-        if strand < marks.slots[edge] { (edge, strand + 1) } else { ((edge + 1) % perimeter, 0) }
+        if strand < marks.slots[edge] {
+            (edge, strand + 1)
+        } else {
+            ((edge + 1) % perimeter, 0)
+        }
     };
     let mut at = (0, 0);
     while !marks.is_marked(at.0, at.1) {
@@ -415,7 +454,11 @@ fn write_label(
         }
         let c = rim.chord[edge];
         let is_near = rim.ends[c][0] == edge;
-        let across = if is_near { strand } else { marks.slots[edge] - strand };
+        let across = if is_near {
+            strand
+        } else {
+            marks.slots[edge] - strand
+        };
         let (name, _) = match &mut known[base[c] + across as usize] {
             Some(first) => {
                 joins.add(first.1, side);
@@ -432,7 +475,11 @@ fn write_label(
         at = step(edge, strand);
         if at == start {
             let (start_edge, start_strand) = (start.0, start.1 as usize);
-            return Label { start_edge, start_strand, n_strands };
+            return Label {
+                start_edge,
+                start_strand,
+                n_strands,
+            };
         }
     }
 }
@@ -459,8 +506,13 @@ impl Joins {
         let mut best = None;
         for reflected in [false, true] {
             for rotation in 0..n {
-                let turn =
-                    |i: usize| if reflected { (rotation + n - i) % n } else { (rotation + i) % n };
+                let turn = |i: usize| {
+                    if reflected {
+                        (rotation + n - i) % n
+                    } else {
+                        (rotation + i) % n
+                    }
+                };
                 let image = (0..n)
                     .flat_map(|i| (i..n).map(move |j| (i, j)))
                     .map(|(i, j)| self.of[turn(i) * n + turn(j)]);
@@ -484,9 +536,22 @@ mod tests {
     fn a_quad_has_eight_symmetries_and_one_choice_of_its_corners() {
         let code = [0; 4];
         assert_eq!(Rim::of_code(&code).symmetries.len(), 8);
-        let pattern = Unmarked { code: &code, n_irregular: 0, n_reflex: 0 };
-        let none = Parting { marks: 0, slots: 0, near: 0, far: 0 };
-        let bounds = Bounds { n_marks: 4, most: 0, free: false };
+        let pattern = Unmarked {
+            code: &code,
+            n_irregular: 0,
+            n_reflex: 0,
+        };
+        let none = Parting {
+            marks: 0,
+            slots: 0,
+            near: 0,
+            far: 0,
+        };
+        let bounds = Bounds {
+            n_marks: 4,
+            most: 0,
+            free: false,
+        };
         let records = list_records([pattern], bounds, &[none]);
         assert_eq!(records.head.len(), Records::width(4));
         assert_eq!(records.label, [1, 0, 1, 1, 1, 0, 1, 1]);
