@@ -13,6 +13,7 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import signal
 import sys
 
 import click
@@ -57,6 +58,8 @@ def main(began: float | None = None) -> None:
     try:
         cli(obj=began)
     except SystemExit as leaving:
+        # What is left is to end; Ctrl-C changes no exit code any more.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         # The last garbage collection would look through all modules, for a fifth of a second.
         gc.freeze()
         if not has_tasks_left():

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -168,3 +169,19 @@ def test_ctrl_c_ends_a_command_that_draws(tmp_path: Path) -> None:
         signal.signal(signal.SIGINT, before)
     assert process.returncode == 130
     assert err.splitlines()[-1] == b"interrupted"
+
+
+def test_ctrl_c_while_the_program_is_loaded_is_no_traceback() -> None:
+    script = (
+        "import sys\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'patterndb_app.cli':\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        "from patterndb_app.__main__ import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False)
+    assert done.returncode == 130
+    assert done.stderr.split() == [b"interrupted"]
