@@ -75,9 +75,11 @@ from query.holes.candidates import (
 )
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
+from query.holes.filling import PLACED as PLACED_BY_FACTS
 from query.holes.patterns import KEPT, HolePatterns
 from query.holes.ranking import (
     FACTS,
+    RankingModel,
     compare_numbers,
     list_facts,
     measure_plain_fill,
@@ -688,13 +690,19 @@ def name_logit(name: str, parts: list[Numbers]) -> Arrays:
 
 def judge_lists(by_fold: Sequence[Arrays]) -> dict[str, list[float]]:
     """Return hit@1, @5, @20 in folds, of whole lists, by kind and irregular vertices inside; the
-    first fill has flipped quads only where all have."""
+    first fill has flipped quads only where all have, and an own fill that the facts alone put
+    behind those that the program places is missed."""
     ranks: list[tuple[CandidateList, float, bool]] = []
     models = [
-        (*_read_logit(one, "whole"), TreeModel.from_arrays(one, "whole_tree_")) for one in by_fold
+        (
+            RankingModel(*_read_logit(one, "facts")),
+            *_read_logit(one, "whole"),
+            TreeModel.from_arrays(one, "whole_tree_"),
+        )
+        for one in by_fold
     ]
     for one in _shared.lists:
-        mean, spread, weights, trees = models[_shared.fold_of[one.mesh]]
+        first_model, mean, spread, weights, trees = models[_shared.fold_of[one.mesh]]
         numbers = one.numbers.astype(np.float64)
         scores = ((numbers - mean) / spread) @ weights + one.offset[one.chosen]
         scores += trees.score(compare_numbers(numbers))[:, 0]
@@ -702,7 +710,11 @@ def judge_lists(by_fold: Sequence[Arrays]) -> dict[str, list[float]]:
         order = np.argsort(-scores, kind="stable")
         first = order[np.argsort(flipped[order], kind="stable")[0]]
         order = np.r_[first, order[order != first]]
-        rank = float(np.flatnonzero(order == one.at)[0]) if one.at >= 0 else math.inf
+        rank = math.inf
+        if one.at >= 0:
+            known = first_model.score_facts(one.facts.astype(np.float64)) + one.offset
+            if (known > known[one.own]).sum() < PLACED_BY_FACTS:
+                rank = float(np.flatnonzero(order == one.at)[0])
         ranks.append((one, rank, bool(flipped[first])))
     found: dict[str, list[float]] = {}
 
