@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
 
 #: Candidates that are placed before they are ranked by the whole: for the first fill, and then.
-PLACED_FIRST, PLACED = 48, 96
+PLACED_FIRST, PLACED = 32, 96
 
 #: But no more than have so many new vertices together, beyond the first.
 PLACED_VERTICES = 12_000
