@@ -20,12 +20,7 @@ from patterndb_sketch.retopo.draft.byparts import PartsDraft
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
 from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import (
-    DraftGoal,
-    DraftTask,
-    ProposedDraft,
-    propose_draft,
-)
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft, propose_draft
 from patterndb_sketch.retopo.draft.shapematching import match_squares
 from patterndb_sketch.retopo.draft.sharpedges import (
     AUTOMATIC,
@@ -36,6 +31,7 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     find_sharp_edges,
     list_chains,
 )
+from patterndb_sketch.retopo.draft.task import DraftGoal, DraftTask
 from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError

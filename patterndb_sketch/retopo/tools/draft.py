@@ -20,17 +20,17 @@ from patterndb_sketch.retopo.draft.byparts import (
     fill_as_placed,
     propose_by_parts,
 )
+from patterndb_sketch.retopo.draft.checking import LEAST_EDGE
 from patterndb_sketch.retopo.draft.judging import POOR_QUAD, DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import (
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft
+from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
+from patterndb_sketch.retopo.draft.task import (
     IN_VAIN_BY_HALVES,
-    LEAST_EDGE,
     DraftBudget,
     DraftGoal,
     DraftTask,
-    ProposedDraft,
 )
-from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import GroundParts
