@@ -229,7 +229,7 @@ def _propose_by_creases(
             notes.append(f"sharp edges are not all kept: {error}")
             continue
         one = replace(one, notes=(*notes, *one.notes), creased=not notes)
-        if one.made.sound:
+        if one.made.sound or (one.made.nearly_sound and not goal.strict):
             return one
         tried.append(one)
         notes.append(f"sharp edges are not all kept: there would be {'; '.join(one.made.flaws)}")

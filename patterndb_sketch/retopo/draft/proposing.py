@@ -68,6 +68,9 @@ POOR_IN_THOUSAND = 5.0
 #: So many numbers of a rank say what is wrong.
 WRONG = 4
 
+#: Of a draft that is nearly sound no more than this share of the quads is flipped.
+FEW_FLIPPED = 0.01
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ProposedDraft:
@@ -104,6 +107,12 @@ class ProposedDraft:
     def sound(self) -> bool:
         """Is nothing wrong with it?"""
         return not any(self.rank[:WRONG])
+
+    @property
+    def nearly_sound(self) -> bool:
+        """Is nothing wrong with it, or only that a few quads are flipped?"""
+        unfilled, tangled, flipped, off = self.rank[:WRONG]
+        return not (unfilled or tangled or off) and flipped <= FEW_FLIPPED * self.report.quads
 
     @property
     def price(self) -> float:

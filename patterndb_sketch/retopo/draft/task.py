@@ -50,11 +50,13 @@ class DraftGoal:
     number is wanted, and edges are as long as the sizes have them.
     sharp: which edges are creases that are kept; None for none of them.
     closed: are creases with an open end left out?
+    strict: are creases given up where a few quads would be flipped with them?
     """
 
     quad: float | None = None
     sharp: SharpRule | None = None
     closed: bool = False
+    strict: bool = False
 
     def count_quads(self, ground: Ground) -> float | None:
         """Return how many quads a ground is to have, None if no number is wanted."""
