@@ -208,6 +208,8 @@ def run_peer(
             whole = (np.diff(np.sort(quads, axis=1), axis=1) > 0).all(axis=1)
             vertices, quads = arrays["vertices"], quads[whole]
             seconds = float(arrays["seconds"])
+    if not len(quads):
+        return None
     write_mesh(made, (vertices, quads))
     return vertices, quads, seconds
 

@@ -77,6 +77,32 @@ def test_smooth_and_rough_surfaces_have_none_and_an_angle_takes_them_all() -> No
     assert length_of(rough, few) < 0.05 * length_of(rough, every)
 
 
+@pytest.mark.parametrize("gap", [0.02, 0.1, 0.5])
+def test_narrow_steps_of_a_machined_body_are_no_roughness(gap: float) -> None:
+    """Its long edges meet short sharp ones at their ends."""
+    outline = [(0, 0), (4, 0), (4, 2), (2 + gap, 2), (2 + gap, 2 - gap), (2, 2 - gap), (2, 2)]
+    outline += [(1, 2), (1, 2 + gap), (0, 2 + gap)]
+    n = len(outline)
+    points = np.array([(x, y, z) for z in (0.0, 3.0) for x, y in outline])
+    walls = [(a, (a + 1) % n, (a + 1) % n + n, a + n) for a in range(n)]
+    sides = [t for a, b, c, d in walls for t in ((a, b, c), (a, c, d))]
+    caps = [(0, 1, 5), (1, 2, 3), (1, 3, 4), (1, 4, 5), (0, 5, 6), (0, 6, 7), (0, 7, 8), (0, 8, 9)]
+    top = [(a + n, b + n, c + n) for a, b, c in caps]
+    body = Ground.of(points, np.array([*sides, *(t[::-1] for t in caps), *top]))
+    around = float(np.linalg.norm(np.diff([*outline, outline[0]], axis=0), axis=1).sum())
+    assert length_of(body, find_sharp_edges(body, 0.2)) == pytest.approx(2.0 * around + 3.0 * n)
+
+
+def test_edges_with_the_same_ends_are_all_looked_at() -> None:
+    # Two tetrahedra that share an edge.
+    points = np.array([(0, 0, 0), (0, 0, 1), (1, 0, 0.5), (0.4, 0.8, 0.5), (-1, 0, 0.5)], float)
+    points = np.concatenate([points, [(-0.4, -0.8, 0.5)]])
+    one = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    two = [(0, 4, 1), (0, 1, 5), (0, 5, 4), (1, 4, 5)]
+    edges = find_sharp_edges(Ground.of(points, np.array([*one, *two])), 0.1)
+    assert len(edges) >= 10
+
+
 def test_a_crease_continues_where_it_fades() -> None:
     # A wedge whose dihedral falls from 90 degrees to nothing along its ridge.
     x, s = np.meshgrid(np.linspace(0.0, 10.0, 41), np.linspace(-1.0, 1.0, 9), indexing="ij")

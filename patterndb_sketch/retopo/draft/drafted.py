@@ -25,10 +25,12 @@ class DraftSetting:
 @dataclass(frozen=True, slots=True, eq=False)
 class DraftedNetwork:
     """A draft: a network with counts on every chain. laid: the chains that are the draft's own.
-    singular: irregular vertices of its field. cost: of its counts."""
+    kept: the patches that are not. singular: irregular vertices of its field. cost: of its counts.
+    """
 
     network: Network
     laid: frozenset[int]
+    kept: frozenset[int]
     setting: DraftSetting
     singular: int
     cost: float

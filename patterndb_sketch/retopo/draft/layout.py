@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -104,7 +104,7 @@ def draft_network(
     if not walls.bare:
         seeds += seed_rings(field, seeds)
     regular = RegularParts.of(field, ground)
-    laid: tuple[Network, frozenset[int]] | None = None
+    laid: _LaidField | None = None
     why = "some regions would be rings or handles; draw by hand"
     again = 0
     for tried in range(MOST_SEEDS + 1):
@@ -130,24 +130,34 @@ def draft_network(
                 if laid is None:
                     raise
                 break
-        if found is not None and is_cellular(found[0], ground):
+        if found is not None and is_cellular(found.network, ground):
             laid = found
             budget.left = before
-            if not has_long_patch(found[0], ground, regular):
+            if not has_long_patch(found.network, ground, regular):
                 break
         seeds.append(find_seed(field, regular, seeds))
     if laid is None:
         raise RefusedError(why)
     edge = setting.finer * sizes.edge
     if wanted is None:
-        counted, _ = choose_counts(laid[0], edge)
+        counted, _ = choose_counts(laid.network, edge)
     else:
-        counted, edge = scale_counts(laid[0], edge, wanted)
+        counted, edge = scale_counts(laid.network, edge, wanted)
     costs = NumberedCounts.of(counted, edge, anew=True)
     cost = sum_costs(costs.problem, costs.counts(counted))
     corners = list_corner_indices(field.mesh)
     singular = int((field.index != corners).sum())
-    return DraftedNetwork(counted, laid[1], setting, singular, cost, edge)
+    return DraftedNetwork(counted, laid.chains, laid.kept, setting, singular, cost, edge)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _LaidField:
+    """The network of a field's separatrices. chains: those that are theirs. kept: the patches that
+    were there, which have other ids if lines end on their borders."""
+
+    network: Network
+    chains: frozenset[int]
+    kept: frozenset[int]
 
 
 def _lay_field(
@@ -158,9 +168,8 @@ def _lay_field(
     walls: Walls,
     seeds: list[int],
     budget: DraftBudget,
-) -> tuple[Network, frozenset[int]] | None:
-    """The network of a field's separatrices, and which of its chains are theirs; None if a line
-    runs on and on. budget: is spent on the lines."""
+) -> _LaidField | None:
+    """Lay the separatrices of a field; None if a line runs on and on. budget: is spent on them."""
     mesh = field.mesh
     starts = start_at_vertices(field, [*field.singular.tolist(), *seeds])
     arcs = find_arcs(field, starts, sizes.edge)
@@ -191,7 +200,7 @@ def _lay_field(
     made = builder.build()
     laid_here = frozenset(builder.laid & made.chains.keys())
     own = {c: replace(made.chains[c], laid=True) for c in sorted(laid_here)}
-    return replace(made, chains={**made.chains, **own}), laid_here
+    return _LaidField(replace(made, chains={**made.chains, **own}), laid_here, builder.kept)
 
 
 def _normals_along(field: CrossField, triangles: Int32Array) -> Points:

@@ -68,8 +68,9 @@ POOR_IN_THOUSAND = 5.0
 #: So many numbers of a rank say what is wrong.
 WRONG = 4
 
-#: Of a draft that is nearly sound no more than this share of the quads is flipped.
-FEW_FLIPPED = 0.01
+#: Of a draft that is nearly sound no more than this share of the quads is flipped, and it is off
+#: the surface by no more than this part of the diagonal above what is allowed.
+FEW_FLIPPED, FURTHER_OFF = 0.01, 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,9 +111,10 @@ class ProposedDraft:
 
     @property
     def nearly_sound(self) -> bool:
-        """Is nothing wrong with it, or only that a few quads are flipped?"""
+        """Is little wrong with it: a few quads are flipped, or it is a little too far off?"""
         unfilled, tangled, flipped, off = self.rank[:WRONG]
-        return not (unfilled or tangled or off) and flipped <= FEW_FLIPPED * self.report.quads
+        few = flipped <= FEW_FLIPPED * self.report.quads
+        return not (unfilled or tangled) and few and off <= FURTHER_OFF
 
     @property
     def price(self) -> float:
@@ -144,7 +146,7 @@ def propose_draft(
         for one in batch:
             if best is not None and task.budget.spent:
                 return best
-            made = _make_draft(task, one, network, samples, judge, notes)
+            made = _make_draft(task, one, samples, judge, notes)
             if best is None or made.rank < best.rank:
                 best = made
             if made.sound or judge.is_lopsided(made.found, made.report):
@@ -210,19 +212,18 @@ def _lay_out(
 def _make_draft(
     task: DraftTask,
     one: DraftedNetwork,
-    network: Network,
     samples: Points,
     judge: DraftJudge,
     notes: tuple[str, ...],
 ) -> ProposedDraft:
-    """Fill a layout and fit its quads to samples; network: what of it is given."""
+    """Fill a layout and fit its quads to samples."""
     ground, sizes = task.ground, task.sizes
     if (wanted := task.goal.count_quads(ground)) is not None:
         one = improve_counts(one, wanted)
     found = fill_network(one.network, ground, task.source, sizes.edge, PlacedCache())
     found = _fill_rest(found, ground, task.source)
     fitted = replace(sizes, edge=_find_finest(task))
-    found = fit_quads(found, ground, samples, fitted, one.laid, network.patches)
+    found = fit_quads(found, ground, samples, fitted, one.laid, one.kept)
     made = ProposedDraft.of(found, judge, notes)
     if not made.sound:
         task.budget.spend(made.report.quads / (1 if task.half is None else 2))

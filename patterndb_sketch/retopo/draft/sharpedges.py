@@ -28,9 +28,9 @@ CONTRAST, ROUGH, CLEAR = 4.0, 8.0, 65.0
 
 #: Nor is a chain of edges shorter than a target edge kept if that is below so many times the median
 #: of all other such edges next to it: there the surface is rough at the scale of its triangles.
-#: There are at least so many of them for each of its own then: a crease of a machined body meets a
-#: few short ones at its ends.
-CLEARLY, FEWEST_SMALL = 3.0, 2
+#: There are at least so many of them for each of its vertices then: a crease of a machined body
+#: meets a few short ones at its ends.
+CLEARLY, FEWEST_SMALL = 3.0, 3
 
 #: A chain is noise if it is shorter than this, in target edges: with one open end; with two, and
 #: components as a whole; closed. From border to border it is half a closed one, as of a surface
@@ -241,7 +241,7 @@ def _find_rough(
         small = [of[pair] for pair in around if short[pair]] if fine else []
         usual = float(np.percentile(blunt, 75)) if blunt else 0.0
         unclear = median < CLEAR and median < CONTRAST * max(usual, ROUGH)
-        many = len(small) >= FEWEST_SMALL * len(own)
+        many = len(small) >= FEWEST_SMALL * len(chain)
         if unclear or (many and median < CLEARLY * float(np.median(small))):
             rough.update(own)
     return rough

@@ -50,7 +50,7 @@ class DraftGoal:
     number is wanted, and edges are as long as the sizes have them.
     sharp: which edges are creases that are kept; None for none of them.
     closed: are creases with an open end left out?
-    strict: are creases given up where a few quads would be flipped with them?
+    strict: are creases given up where the draft with them would be only nearly sound?
     """
 
     quad: float | None = None

@@ -206,7 +206,7 @@ class _Drafting:
 
 
 def _is_better(one: _MadeDraft, other: _MadeDraft, goal: DraftGoal) -> bool:
-    """Is one draft better than another? Few flipped quads cost less than sharp edges do."""
+    """Is one draft better than another? A few flaws cost less than sharp edges do."""
     if not goal.strict and one.made.nearly_sound != other.made.nearly_sound:
         return one.made.nearly_sound
     if not goal.strict and one.made.nearly_sound and one.creased != other.creased:
