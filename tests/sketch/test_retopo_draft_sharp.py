@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.draft.byparts import PartsDraft
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
 from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft, propose_draft
+from patterndb_sketch.retopo.draft.proposing import WRONG, ProposedDraft, propose_draft
 from patterndb_sketch.retopo.draft.shapematching import match_squares
 from patterndb_sketch.retopo.draft.sharpedges import (
     AUTOMATIC,
@@ -320,6 +320,31 @@ def ground_corners(ground: Ground, x: float) -> Points:
     """(8, 3) the corners of a box, moved along x."""
     degrees = count_degrees(find_sharp_edges(ground, 0.3))
     return ground.vertices[[v for v, n in degrees.items() if n == 3]] + np.array([x, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("strict", [True, False])
+@pytest.mark.parametrize("off", [0.01, 0.05])
+def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
+    off: float, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ground = box()
+    propose = byparts.propose_draft
+
+    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+        made = propose(task, *more)
+        if task.goal.sharp is None:
+            return made
+        return replace(made, rank=(0, 0, 1, off, *made.rank[WRONG:]), flaws=("a flaw",))
+
+    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    editor = Editor(ground, source)
+    outcome = editor.do(Call("draft", {"quads": 200, "symmetry": False, "strict": strict}))
+    assert outcome.changed
+    at = editor.mesh(editor.fill()).vertices
+    away = [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(ground, 0.0)]
+    kept = off < 0.02 and not strict
+    assert (max(away) < 1e-9) == kept and ("a flaw" in outcome.notes) == kept
+    assert any("not all kept" in note for note in outcome.notes) != kept
 
 
 @pytest.mark.parametrize("poor", ["half", "both", "none"])
