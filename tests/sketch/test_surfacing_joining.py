@@ -214,6 +214,20 @@ class TestJoinedByDefault:
         assert result.loose == ()
         assert all(join.gap <= 4 * off for join in result.joins)
 
+    @pytest.mark.parametrize("shift", range(0, 64, 9))
+    def test_strokes_that_overshoot_a_ring_and_cross_meet_it_wherever_it_begins(
+        self, shift: int
+    ) -> None:
+        turns = 2 * np.pi * (np.arange(65) + shift) / 64
+        ring = 0.999 * np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
+        ring[-1] = ring[0]
+        across = np.array([[2, 0, 0], [1, 0, 0], [0.995, 0, 0]], float)
+        upright = np.array([[1, 0, 1], [1, 0, 0], [1, 0, -0.004]], float)
+        network = join_polylines([ring, across, upright], ["ring", "across", "upright"]).network
+        ends = [node for curve in network.curves for node in curve.nodes]
+        assert sorted(ends.count(node) for node in set(ends)) == [1, 1, 4]
+        assert sorted(curve.id for curve in network.curves) == ["across", "ring", "upright"]
+
     def test_joins_and_loose_ends_are_reported_with_their_distances(self) -> None:
         rail = [[0, 0, 0], [4, 0, 0]]
         rungs = [[[x, gap, 0], [x, 1, 0]] for x, gap in ((1, 0.005), (2, 0.004), (3, 0.09))]

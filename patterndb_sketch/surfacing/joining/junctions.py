@@ -437,6 +437,7 @@ def _rate_exact_joins(
     to.
     """
     has_end = curves.is_open_end(fixed.curves, fixed.lengths).any(axis=1)
+    has_end &= ~curves.is_seam(fixed.curves, fixed.lengths)
     placed = (survey.placed & ~curves.closed)[fixed.curves].all(axis=1)
     firm = (has_end | placed) & ~is_on_duplicate(fixed, duplicates)
     if len(put) and len(fixed):

@@ -85,10 +85,6 @@ def join_smooth_crossings(packed: PackedCurves, put: Joins, tolerance: float) ->
     greatest = 2.0 * EASE * float(guessed.sagitta.max())
     if greatest <= tolerance:
         return lines
-    # Closed curves begin anywhere: that one meets itself there holds nothing.
-    at_seam = (np.diff(put.curves)[:, 0] == 0) & (put.lengths.min(axis=1) == 0.0)
-    at_seam &= put.lengths.max(axis=1) == packed.lasts[put.curves[:, 0]]
-    put = put.take(~at_seam)
     meetings = _find_meetings(packed, guessed, tolerance)
     places = _list_places(packed, meetings, put, tolerance)
     # What is held at both places is there on purpose, and not here.

@@ -245,6 +245,8 @@ def find_settled_curves(curves: PackedCurves, exact: float) -> tuple[NDArray[np.
     vertices = curves.find_vertices(curve, length)
     at_sample = (np.abs(curves.along[vertices] - length) <= exact).reshape(-1, 2).all(axis=1)
     put = at_sample | curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
+    # Closed curves begin anywhere: that one meets itself there holds nothing.
+    put &= ~curves.is_seam(joins.curves, joins.lengths)
     return ends.all(axis=0) & ~curves.closed, joins.take(np.flatnonzero(put))
 
 
