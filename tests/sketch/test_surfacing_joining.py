@@ -139,6 +139,24 @@ class TestExactStaysExact:
             ends = np.stack([walk[0][0], walk[-1][-1]])
             assert np.abs(ends - line[[0, -1]]).max() <= EXACT * diagonal
 
+    @settings(deadline=None, max_examples=20)
+    @given(SEEDS)
+    def test_smooth_curves_with_exact_ends_meet_between_their_samples(self, seed: int) -> None:
+        chance = np.random.default_rng(seed)
+
+        def bulge(u: Points, v: Points) -> Points:
+            height = 0.35 * np.exp(-(((v - 0.5) / 0.2) ** 2)) * np.sin(np.pi * u)
+            return np.stack([2 * u, 1.2 * v, height], axis=1)
+
+        drawn: list[Points] = []
+        for k in range(5):
+            shares = np.linspace(0, 1, int(chance.integers(45, 80)))
+            drawn += [bulge(shares, np.full_like(shares, k / 4))]
+            shares = np.linspace(0, 1, int(chance.integers(45, 80)))
+            drawn += [bulge(np.full_like(shares, k / 4), shares)]
+        network = join_polylines(drawn).network
+        assert (len(network.nodes), len(network.curves)) == (25, 40)
+
     def test_an_exact_edge_stays_where_a_longer_stroke_runs_along_it(self) -> None:
         square = [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 0]]]
         square += [[[1, 1, 0], [0, 1, 0]], [[0, 1, 0], [0, 0, 0]]]

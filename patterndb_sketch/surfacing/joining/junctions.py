@@ -399,7 +399,7 @@ def _find_cuts(
     """Find where curves meet: exactly, then within a tolerance."""
     drawn = pack_curves(lines)
     settled, put = find_settled_curves(drawn, exact)
-    followed = follow_curves(join_smooth_crossings(drawn, put, exact), exact, diagonal)
+    followed = follow_curves(join_smooth_crossings(drawn, settled, put, exact), exact, diagonal)
     curves, fixed = followed.curves, followed.exact
     if tolerance is None:
         survey = survey_drawing(followed, settled, exact, diagonal)
