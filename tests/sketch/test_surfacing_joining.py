@@ -246,6 +246,22 @@ class TestJoinedByDefault:
         assert sorted(ends.count(node) for node in set(ends)) == [1, 1, 4]
         assert sorted(curve.id for curve in network.curves) == ["across", "ring", "upright"]
 
+    @pytest.mark.parametrize("begins", [-2.0, -1.2, 0.0, 0.7, 2.1, 90.0])
+    def test_circles_drawn_a_little_too_near_meet_once_wherever_they_begin(
+        self, begins: float
+    ) -> None:
+        rings: list[Points] = []
+        for radius, height, turn in ((0.5, 0.0, 3.0), (0.3, 0.7995, np.radians(begins - 90))):
+            turns = 2 * np.pi * np.arange(61) / 60 + turn
+            ring = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1) * radius
+            ring[-1] = ring[0]
+            rings.append(ring + np.array([0.0, height, 0.0]))
+        network = join_polylines(rings).network
+        assert sorted((curve.id, curve.nodes) for curve in network.curves) == [
+            (0, (0, 0)),
+            (1, (0, 0)),
+        ]
+
     def test_joins_and_loose_ends_are_reported_with_their_distances(self) -> None:
         rail = [[0, 0, 0], [4, 0, 0]]
         rungs = [[[x, gap, 0], [x, 1, 0]] for x, gap in ((1, 0.005), (2, 0.004), (3, 0.09))]

@@ -154,10 +154,14 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
     reaches: (c,) for every curve. settled: (c,) curves that are not compared with each other.
     """
     joins = find_joins(curves, reaches, settled)
-    seams = (joins.lengths == 0.0) | (joins.lengths == curves.lasts[joins.curves])
-    seams &= curves.closed[joins.curves]
-    at_seam = np.flatnonzero(seams.any(axis=1))
-    if not len(at_seam):
+    lasts = curves.lasts[joins.curves]
+    ways = np.minimum(joins.lengths, lasts - joins.lengths)
+    alone = np.bincount(joins.meetings)[joins.meetings] == 1
+    # A meeting of several joins has one at the seam if it goes on there.
+    beside = curves.closed[joins.curves] & (ways <= NEAR_SEAM * lasts)
+    beside &= alone[:, None] | (ways == 0.0)
+    some = np.flatnonzero(beside.any(axis=1))
+    if not len(some):
         return joins
     pair = joins.curves[:, 0] * len(curves) + joins.curves[:, 1]
     by_pair = np.argsort(pair, kind="stable")
@@ -168,11 +172,12 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
         joins.curves,
         joins.lengths,
         joins.gaps,
-        seams,
-        at_seam,
+        ways,
+        beside,
+        some,
         by_pair,
-        np.searchsorted(pair[by_pair], pair[at_seam]),
-        np.searchsorted(pair[by_pair], pair[at_seam], side="right"),
+        np.searchsorted(pair[by_pair], pair[some]),
+        np.searchsorted(pair[by_pair], pair[some], side="right"),
         reaches,
     )
     return joins.take(kept)
@@ -186,8 +191,9 @@ def _select_seam_joins(
     curves: Int64Array,
     lengths: Floats,
     gaps: Floats,
-    seams: NDArray[np.bool_],
-    at_seam: Int64Array,
+    ways: Floats,
+    beside: NDArray[np.bool_],
+    some: Int64Array,
     by_pair: Int64Array,
     begin: Int64Array,
     end: Int64Array,
@@ -195,37 +201,58 @@ def _select_seam_joins(
 ) -> NDArray[np.bool_]:
     """(m,) which joins are not part of the meeting of a nearer one beyond a closed curve's seam.
 
-    curves, lengths, gaps: of the joins. seams: (m, 2) which of their places are at a seam. at_seam:
-    (k,) the joins with such a place; by_pair[begin[i]:end[i]] are those of the same two curves as
-    join at_seam[i].
+    curves, lengths, gaps: of the joins. ways: (m, 2) how far their places are from the seam.
+    beside: (m, 2) which places may be parted from others by it; some: (k,) the joins with such a
+    place. by_pair[begin[i]:end[i]]: the joins of the same two curves as join some[i].
     """
     kept = np.ones(len(gaps), np.bool_)
-    for i in range(len(at_seam)):
-        one = at_seam[i]
+    for i in range(len(some)):
+        one = some[i]
         for other in by_pair[begin[i] : end[i]]:
             if other == one or not kept[other] or gaps[other] > gaps[one]:
                 continue
             for side in range(2):
-                if not seams[one, side]:
+                curve, partner = curves[one, side], curves[one, 1 - side]
+                whole = along[starts[curve + 1] - 1]
+                if not beside[one, side] or ways[one, side] + ways[other, side] > NEAR_SEAM * whole:
                     continue
-                curve, beside = curves[one, side], curves[one, 1 - side]
-                first, last = starts[curve], starts[curve + 1] - 1
-                whole, length = along[last], lengths[other, side]
-                way = min(length, whole - length)
-                if way > NEAR_SEAM * whole:
-                    continue
-                halfway = way / 2 if length < whole - length else whole - way / 2
-                edge = first + np.searchsorted(along[first : last + 1], halfway, side="right") - 1
-                edge = min(edge, last - 1)
-                size = along[edge + 1] - along[edge]
-                share = (halfway - along[edge]) / size if size > 0.0 else 0.0
-                place = (1.0 - share) * points[edge] + share * points[edge + 1]
-                within = min(float(reaches[curve]), float(reaches[beside]))
-                for step in range(starts[beside], starts[beside + 1] - 1):
-                    if measure_distance_to_edge(points, step, place) <= within:
-                        kept[one] = False
-                        break
+                if ways[one, side] > 0.0:
+                    late = 2.0 * lengths[one, side] > whole
+                    if not beside[other, side] or late == (2.0 * lengths[other, side] > whole):
+                        continue
+                within = min(float(reaches[curve]), float(reaches[partner]))
+                goes_on = True
+                for length in (lengths[one, side], lengths[other, side]):
+                    late = 2.0 * length > whole
+                    for share in (0.0, 0.5):
+                        way = whole - length if late else length
+                        at = whole - share * way if late else share * way
+                        place = _locate(points, starts, along, curve, at)
+                        if not _is_near(points, starts, partner, place, within):
+                            goes_on = False
+                if goes_on:
+                    kept[one] = False
     return kept
+
+
+@kernel
+def _locate(points: Points, starts: Int64Array, along: Floats, curve: int, length: float) -> Floats:
+    """(3,) the place at an arc length of a curve."""
+    first, last = starts[curve], starts[curve + 1] - 1
+    edge = first + np.searchsorted(along[first : last + 1], length, side="right") - 1
+    edge = min(edge, last - 1)
+    size = along[edge + 1] - along[edge]
+    share = (length - along[edge]) / size if size > 0.0 else 0.0
+    return (1.0 - share) * points[edge] + share * points[edge + 1]
+
+
+@kernel
+def _is_near(points: Points, starts: Int64Array, curve: int, place: Floats, within: float) -> bool:
+    """Is a place within reach of a curve?"""
+    for edge in range(starts[curve], starts[curve + 1] - 1):
+        if measure_distance_to_edge(points, edge, place) <= within:
+            return True
+    return False
 
 
 def find_settled_curves(curves: PackedCurves, exact: float) -> tuple[NDArray[np.bool_], Joins]:
