@@ -28,7 +28,7 @@ from query.holes.regular import (
     list_rectangles,
 )
 from query.holes.rim import HoleRim
-from query.holes.rings import Ring, lay_ring, pave_loop
+from query.holes.rings import QuadRing, lay_ring, pave_loop
 from query.holes.symmetry import is_mirrored
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
@@ -301,7 +301,7 @@ class HoleSearch:
         n = len(self.logs)
         if self.strokes or n % 2 or n > MOST_EDGES:
             return
-        found: list[tuple[float, Ring, Int32Array | Lie | None]] = []
+        found: list[tuple[float, QuadRing, Int32Array | Lie | None]] = []
         asked = zip(self.ranked[:RINGED_ASSIGNMENTS], self.scores.tolist(), strict=False)
         for corners, score in asked:
             ring = lay_ring(corners) if self._has_fixed(corners) else None

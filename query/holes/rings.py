@@ -37,7 +37,7 @@ _ALL = 1_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ring:
+class QuadRing:
     """The quads that touch a loop, and the loop that they leave.
 
     quads: (q, 4) int32, loop vertices 0..L-1, others from L on. inner: (m,) int32 the vertices of
@@ -62,13 +62,13 @@ class Ring:
         return np.concatenate([self.quads, names[quads]]).astype(np.int32)
 
 
-def lay_ring(corners: Int32Array) -> Ring | None:
+def lay_ring(corners: Int32Array) -> QuadRing | None:
     """Return the ring of the quads at each vertex of a loop, none of which are joined needlessly.
 
     corners: (L,) 1 to 4. None where there is no such ring.
     """
     quads, inner, counts, n_vertices = _pave(np.ascontiguousarray(corners, np.int32), 1)
-    return Ring(quads, inner, counts, n_vertices) if n_vertices else None
+    return QuadRing(quads, inner, counts, n_vertices) if n_vertices else None
 
 
 def pave_loop(corners: Int32Array) -> tuple[Int32Array, int] | None:
