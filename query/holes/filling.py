@@ -268,9 +268,9 @@ def fill_holes(
     image lies as the other side does unless a shape or a tension is chosen.
     models: of what artists do; by default those that come with the package.
 
-    Every even loop of 4 to 2,000 edges has fills; no fill may be found that has the corners that the
-    caller fixes, and the list is empty then. Raises InvalidMeshError for what is no loop, for
-    a hole with an island and for a fill of another mesh, InvalidQueryError for an odd loop
+    Every even loop of 4 to 2,000 edges has fills; with corners that the caller fixes the list is
+    empty where no fill is found that has them. Raises InvalidMeshError for what is no loop, for a
+    hole with an island and for a fill of another mesh, InvalidQueryError for an odd loop
     (:func:`list_even_ways` has the nearest ways out), corners that are none, and for shape, tension
     and ngon that contradict each other or the rest.
     """
