@@ -29,7 +29,7 @@ from query.holes.regular import (
 )
 from query.holes.rim import HoleRim
 from query.holes.rings import QuadRing, lay_ring, pave_loop
-from query.holes.symmetry import is_mirrored
+from query.holes.symmetry import count_followed, lose_by_mirrors
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
@@ -458,6 +458,7 @@ class HoleSearch:
         traits = measure_assignments(self.logs, self.due, at_loop[None])
         frequency, meshes, symmetries = self._fact(fill)
         row = self.patterns.row_of(fill.pattern.id)
+        followed = count_followed(quads, fill.n_vertices, n, key, self.mirrors)
         yield HoleCandidate(
             fill,
             quads,
@@ -469,8 +470,8 @@ class HoleSearch:
             symmetries,
             int(self.patterns.meshes[row]) if row >= 0 else 0,
             float(self.patterns.share[row]) if row >= 0 else 0.0,
-            bool(len(self.mirrors))
-            and not is_mirrored(quads, fill.n_vertices, n, key, self.mirrors),
+            bool(len(self.mirrors)) and not followed,
+            lose_by_mirrors(len(self.mirrors), followed),
             place,
             key,
             self.best_closed,

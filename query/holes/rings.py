@@ -2,9 +2,9 @@
 
 The quads at the loop's vertices determine all quads that touch the loop: a ring. What the ring
 leaves is a loop, too. Where every vertex of it gets what makes it regular, the next ring follows,
-and so on until nothing is left: irregular vertices come to lie only where rings meet. One ring
-alone leaves a loop that a regular fill or a pattern of holes fills; so fills are found whose
-pattern no mesh has shown.
+and so on until a fill with one irregular vertex, or none, fits the rest. One ring alone leaves a
+loop that a regular fill or a pattern of holes fills; so fills are found whose pattern no mesh has
+shown.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class QuadRing:
 def lay_ring(corners: Int32Array) -> QuadRing | None:
     """Return the ring of the quads at each vertex of a loop, none of which are joined needlessly.
 
-    corners: (L,) 1 to 4. None where there is no such ring.
+    corners: (L,) 1 to 4, L even. None where there is no such ring.
     """
     quads, inner, counts, n_vertices = _pave(np.ascontiguousarray(corners, np.int32), 1)
     return QuadRing(quads, inner, counts, n_vertices) if n_vertices else None
@@ -73,9 +73,9 @@ def lay_ring(corners: Int32Array) -> QuadRing | None:
 
 def pave_loop(corners: Int32Array) -> tuple[Int32Array, int] | None:
     """Return the fill of rings that has these quads at each loop vertex: quads (q, 4) int32, loop
-    vertices 0..L-1, inner ones after, and how many vertices; None where no ring is the last.
+    vertices 0..L-1, inner ones after, and how many vertices; None where paving does not end.
 
-    corners: (L,) 1 to 4.
+    corners: (L,) 1 to 4, L even. Most fills with one irregular vertex inside are found so.
     """
     quads, inner, _, n_vertices = _pave(np.ascontiguousarray(corners, np.int32), _ALL)
     return (quads, n_vertices) if n_vertices and not len(inner) else None

@@ -1,5 +1,5 @@
-"""Fills that are paved ring by ring: rings against what they must be, known fills, and fixed
-corners."""
+"""Fills that are paved ring by ring: rings against what they must be, and known fills; fixed
+corners; loops with two mirrors."""
 
 from __future__ import annotations
 
@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from query.engine import PatternSource
-from query.holes import fill_holes, hole_of_faces
+from query.holes import fill_holes, find_holes, hole_of_faces
 from query.holes.loops import MeshTopology
 from query.holes.regular import build_regular_fill
 from query.holes.rings import WITHIN, lay_ring, pave_loop
+from query.holes.surroundings import look_around
+from query.holes.symmetry import ASYMMETRIC, count_followed, find_mirrors, lose_by_mirrors
 from query.identity import hash_quads, weld_quads
 
 
@@ -135,3 +137,34 @@ def test_all_fills_have_the_corners_that_are_fixed(source: PatternSource) -> Non
             assert listed
             for fill in listed:
                 assert fill.corners[place] == quads and fill.corners[place + 4] == 2
+
+
+def slot(n: int, long: float) -> PolygonMesh:
+    """A flat ring of quads around an ellipse of n edges, so many times as long as wide."""
+    at = 2 * np.pi * np.arange(n) / n
+    rings = [
+        np.column_stack([(long + r) * np.cos(at), (1 + r) * np.sin(at), 0 * at])
+        for r in (0.8, 0.4, 0.0)
+    ]
+    i = np.arange(n)
+    faces = [
+        np.column_stack([a + i, a + (i + 1) % n, a + n + (i + 1) % n, a + n + i]) for a in (0, n)
+    ]
+    return PolygonMesh.from_faces(np.vstack(rings), np.vstack(faces).tolist())
+
+
+@pytest.mark.parametrize("edges", [24, 36, 40, 48])
+def test_a_slot_is_filled_as_both_of_its_mirrors_ask(source: PatternSource, edges: int) -> None:
+    hole = max(find_holes(slot(edges, edges / 8)), key=lambda hole: -hole.length)
+    mirrors = find_mirrors(hole.points, look_around(hole).due)
+    assert len(mirrors) == 2
+    fill = next(fill_holes(source, hole, twins=False))
+    n_vertices = edges + len(fill.points)
+    key = key_of(fill.local, n_vertices, edges)
+    assert count_followed(fill.local, n_vertices, edges, key, mirrors) == 2
+
+
+def test_each_of_two_mirrors_counts_and_of_more_any() -> None:
+    assert [lose_by_mirrors(2, k) / ASYMMETRIC for k in range(3)] == [2, 1, 0]
+    assert [lose_by_mirrors(8, k) / ASYMMETRIC for k in range(3)] == [1, 0, 0]
+    assert lose_by_mirrors(0, 0) == 0
