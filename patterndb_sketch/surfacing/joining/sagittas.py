@@ -32,7 +32,7 @@ EASE = 1.5
 
 #: Guessed curves meet if they come as near to each other as this share of their sagittas: of an
 #: arc sampled every 20 degrees the guess is off by 0.01 of it. Beside ends and corners, where the
-#: second derivative is that of the next sample, END_FIT.
+#: second derivative is that of the next sample, and of two curves that are drawn exactly, END_FIT.
 FIT = 0.05
 END_FIT = 0.3
 
@@ -180,8 +180,8 @@ def _find_meetings(
     nearer, guessed, places = _approach(curves, pairs, shares)
     # Curves that are drawn exactly do not miss each other by so little on purpose.
     both_settled = settled[curve_of[pairs]].all(axis=1)
-    fit = np.where(both_settled[:, None], END_FIT * curves.sagitta[pairs], curves.fit[pairs])
-    fit = fit.sum(axis=1)
+    usual, most_off = (of_edge[pairs].sum(axis=1) for of_edge in (curves.fit, curves.sagitta))
+    fit = np.where(both_settled, END_FIT * most_off, usual)
     meets = exact | (guessed <= fit + tolerance)
     # Where polylines run along each other there is no one place.
     meets &= _may_cross(points, starts, curve_of, pairs, np.where(exact[:, None], shares, nearer))

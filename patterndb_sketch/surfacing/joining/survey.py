@@ -159,6 +159,7 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
     alone = np.bincount(joins.meetings)[joins.meetings] == 1
     # A meeting of several joins has one at the seam if it goes on there.
     beside = curves.closed[joins.curves] & (ways <= NEAR_SEAM * lasts)
+    alone &= joins.curves[:, 0] != joins.curves[:, 1]
     beside &= alone[:, None] | (ways == 0.0)
     some = np.flatnonzero(beside.any(axis=1))
     if not len(some):
@@ -169,6 +170,7 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
         curves.points,
         curves.starts,
         curves.along,
+        curves.closed,
         joins.curves,
         joins.lengths,
         joins.gaps,
@@ -188,6 +190,7 @@ def _select_seam_joins(
     points: Points,
     starts: Int64Array,
     along: Floats,
+    closed: NDArray[np.bool_],
     curves: Int64Array,
     lengths: Floats,
     gaps: Floats,
@@ -221,7 +224,11 @@ def _select_seam_joins(
                     if not beside[other, side] or late == (2.0 * lengths[other, side] > whole):
                         continue
                 within = min(float(reaches[curve]), float(reaches[partner]))
-                goes_on = True
+                # The other curve goes the same way there.
+                apart = abs(lengths[one, 1 - side] - lengths[other, 1 - side])
+                if closed[partner]:
+                    apart = min(apart, along[starts[partner + 1] - 1] - apart)
+                goes_on = apart <= 2.0 * (ways[one, side] + ways[other, side] + within)
                 for length in (lengths[one, side], lengths[other, side]):
                     late = 2.0 * length > whole
                     for share in (0.0, 0.5):
