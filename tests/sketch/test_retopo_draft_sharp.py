@@ -324,7 +324,7 @@ def ground_corners(ground: Ground, x: float) -> Points:
 
 
 @pytest.mark.parametrize("strict", [True, False])
-@pytest.mark.parametrize("off", [0.01, 0.05])
+@pytest.mark.parametrize("off", [0.01, 0.1])
 def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
     off: float, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -343,7 +343,7 @@ def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
     assert outcome.changed
     at = editor.mesh(editor.fill()).vertices
     away = [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(ground, 0.0)]
-    kept = off < 0.02 and not strict
+    kept = off < 0.05 and not strict
     assert (max(away) < 1e-9) == kept and ("a flaw" in outcome.notes) == kept
     assert any("not all kept" in note for note in outcome.notes) != kept
 
