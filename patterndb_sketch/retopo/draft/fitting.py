@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.sparse import coo_array, csr_array, diags_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse import coo_array, csr_array
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
@@ -60,9 +59,6 @@ SMOOTHED, DRAWN, FURTHEST = 0.8, 0.7, 0.5
 #: Times that vertices of quads that would flip go half as far, and times that they stay, from the
 #: second on with their neighbours.
 HALVINGS, HOLDS = 3, 5
-
-#: Vertices so many edges around flipped quads are relaxed.
-RELAXED = 2
 
 #: No vertex goes further, in target edges, where quads are untangled.
 LONGEST_LEAP = 1.0
@@ -207,37 +203,8 @@ class _Fit:
     def count_flipped(self) -> int:
         return int(flipped(self.mesh.quads, self.at, self.normals).sum())
 
-    def relax_tangles(self) -> None:
-        """Move vertices near flipped quads to the means of their neighbours, where fewer are
-        flipped then: in strips narrower than an edge, squares of one size push them out."""
-        quads = self.mesh.quads
-        wrong = flipped(quads, self.at, self.normals)
-        if not wrong.any():
-            return
-        near = np.zeros(len(self.at), np.bool_)
-        near[quads[wrong]] = True
-        for _ in range(RELAXED):
-            near |= (self.beside @ near.astype(np.float64)) > 0.0
-        moving = np.flatnonzero(near & self.free & ~self.on_curve)
-        if not len(moving):
-            return
-        links = self.beside[moving]
-        still = self.at.copy()
-        still[moving] = 0.0
-        own = diags_array(self.degree[moving, 0].astype(np.float64)) - links[:, moving]
-        means = np.asarray(spsolve(own.tocsc(), links @ still)).reshape(-1, 3)
-        up = mean_normals(self.at, quads)[moving] + self.normals[moving]
-        there = self.ground.nearest_facing(means, units(up))
-        leaps = np.linalg.norm(there.points - means, axis=1) > LONGEST_LEAP * self.sizes.edge
-        moving, there_at, there_up = moving[~leaps], there.points[~leaps], there.normals[~leaps]
-        at, normals = self.at.copy(), self.normals.copy()
-        at[moving], normals[moving] = there_at, there_up
-        if flipped(quads, at, normals).sum() < wrong.sum():
-            self.at, self.normals = at, normals
-
     def open_tangles(self) -> None:
         """Untangle flipped quads within the surface, as far as that can be."""
-        self.relax_tangles()
         all_quads = self.mesh.quads
         wrong = flipped(all_quads, self.at, self.normals)
         fewest = int(wrong.sum())
