@@ -262,7 +262,8 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     ground = sphere()
     work = Editor(ground, source)
     for edge in (float(low), float(high)):
-        draft._read_goal(work, {"edge": edge, "quads": None, "sharp": "none"})  # type: ignore[arg-type]
+        wish = {"edge": edge, "quads": None, "sharp": "none", "strict": False}
+        draft._read_goal(work, wish)  # type: ignore[arg-type]
 
 
 def touching_balls(pinch: int) -> Ground:

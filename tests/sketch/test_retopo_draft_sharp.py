@@ -36,6 +36,7 @@ from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders, check_network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -323,7 +324,7 @@ def ground_corners(ground: Ground, x: float) -> Points:
 
 
 @pytest.mark.parametrize("strict", [True, False])
-@pytest.mark.parametrize("off", [0.01, 0.05])
+@pytest.mark.parametrize("off", [0.01, 0.1])
 def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
     off: float, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -342,7 +343,7 @@ def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
     assert outcome.changed
     at = editor.mesh(editor.fill()).vertices
     away = [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(ground, 0.0)]
-    kept = off < 0.02 and not strict
+    kept = off < 0.05 and not strict
     assert (max(away) < 1e-9) == kept and ("a flaw" in outcome.notes) == kept
     assert any("not all kept" in note for note in outcome.notes) != kept
 
@@ -372,6 +373,20 @@ def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_
             "not by halves, though the surface is symmetric: there would be 50 poor quads at (7, "
         )
         assert any(note.startswith(said) for note in outcome.notes)
+
+
+def test_single_quads_between_corners_are_held_where_they_are(source: PatternSource) -> None:
+    """Else they may be lost when the network is filled again: around handles, on thin parts."""
+    ground = box()
+    sizes = replace(Sizes.of(ground.diagonal), edge=1.0)
+    goal = DraftGoal(quad=3.0, sharp=AUTOMATIC)
+    found = propose_draft(DraftTask(Network(ground=ground), ground, sizes, source, goal=goal)).found
+    single = [p for p, placed in found.placed.items() if len(placed.quads) == 1]
+    assert len(single) == 6
+    for patch in single:
+        which, at = filling_of(found.network.patches[patch]).moved_vertices
+        assert which.tolist() == [0, 1, 2, 3]
+        assert np.array_equal(at, found.placed[patch].vertices)
 
 
 def test_what_is_open_or_tangled_is_a_flaw_with_its_place(source: PatternSource) -> None:

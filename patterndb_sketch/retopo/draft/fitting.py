@@ -18,8 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.sparse import coo_array, csr_array, diags_array
-from scipy.sparse.linalg import spsolve
+from scipy.sparse import coo_array, csr_array
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
@@ -61,13 +60,11 @@ SMOOTHED, DRAWN, FURTHEST = 0.8, 0.7, 0.5
 #: second on with their neighbours.
 HALVINGS, HOLDS = 3, 5
 
-#: Vertices so many edges around flipped quads are relaxed.
-RELAXED = 2
-
 #: No vertex goes further, in target edges, where quads are untangled.
 LONGEST_LEAP = 1.0
 
-#: Times that all is done, until no quad is flipped: some tangles open once the others have.
+#: Times that all is done, until no quad is flipped or no fewer are than the time before: some
+#: tangles open once the others have.
 FITTINGS = 3
 
 #: Times that flipped quads are untangled and projected.
@@ -93,15 +90,18 @@ def fit_quads(
     stay where they were placed.
     """
     fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
-    if not fit.free.any():
+    if not fit.free.any() and found.placed.keys() <= fit.kept:
         return found
+    before = len(fit.mesh.quads)
     for _ in range(FITTINGS):
         fit.shape()
         fit.open_tangles()
         fit.run()
         fit.open_tangles()
-        if not fit.count_flipped():
+        left = fit.count_flipped()
+        if not left or left >= before:
             break
+        before = left
     return fit.finish()
 
 
@@ -203,37 +203,8 @@ class _Fit:
     def count_flipped(self) -> int:
         return int(flipped(self.mesh.quads, self.at, self.normals).sum())
 
-    def relax_tangles(self) -> None:
-        """Move vertices near flipped quads to the means of their neighbours, where fewer are
-        flipped then: in strips narrower than an edge, squares of one size push them out."""
-        quads = self.mesh.quads
-        wrong = flipped(quads, self.at, self.normals)
-        if not wrong.any():
-            return
-        near = np.zeros(len(self.at), np.bool_)
-        near[quads[wrong]] = True
-        for _ in range(RELAXED):
-            near |= (self.beside @ near.astype(np.float64)) > 0.0
-        moving = np.flatnonzero(near & self.free & ~self.on_curve)
-        if not len(moving):
-            return
-        links = self.beside[moving]
-        still = self.at.copy()
-        still[moving] = 0.0
-        own = diags_array(self.degree[moving, 0].astype(np.float64)) - links[:, moving]
-        means = np.asarray(spsolve(own.tocsc(), links @ still)).reshape(-1, 3)
-        up = mean_normals(self.at, quads)[moving] + self.normals[moving]
-        there = self.ground.nearest_facing(means, units(up))
-        leaps = np.linalg.norm(there.points - means, axis=1) > LONGEST_LEAP * self.sizes.edge
-        moving, there_at, there_up = moving[~leaps], there.points[~leaps], there.normals[~leaps]
-        at, normals = self.at.copy(), self.normals.copy()
-        at[moving], normals[moving] = there_at, there_up
-        if flipped(quads, at, normals).sum() < wrong.sum():
-            self.at, self.normals = at, normals
-
     def open_tangles(self) -> None:
         """Untangle flipped quads within the surface, as far as that can be."""
-        self.relax_tangles()
         all_quads = self.mesh.quads
         wrong = flipped(all_quads, self.at, self.normals)
         fewest = int(wrong.sum())
@@ -388,12 +359,15 @@ class _Fit:
         network = replace(network, nodes=nodes, chains=chains)
         moved: list[int] = []
         for patch, number in self.number.items():
-            if not self.free[number].any():
-                continue
             filling = filling_of(network.patches[patch])
             assert filling.choice is not None
+            # A single quad between corners, of which no vertex is free, is held, too: placed again
+            # by itself it may be refused.
             inner = number[filling.choice.perimeter :]
-            if patch not in self.kept and self.free[inner].all():
+            held_here = patch not in self.kept and self.free[inner].all()
+            if not (held_here or self.free[number].any()):
+                continue
+            if held_here:
                 held = filling.with_moved(np.arange(len(number)), self.at[number])
                 network = set_choice(network, patch, held)
             moved.append(patch)

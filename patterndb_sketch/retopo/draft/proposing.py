@@ -68,9 +68,10 @@ POOR_IN_THOUSAND = 5.0
 #: So many numbers of a rank say what is wrong.
 WRONG = 4
 
-#: Of a draft that is nearly sound no more than this share of the quads is flipped, and it is off
-#: the surface by no more than this part of the diagonal above what is allowed.
-FEW_FLIPPED, FURTHER_OFF = 0.01, 0.02
+#: A draft that is nearly sound has no more flipped quads than this share of its edges along
+#: creases, and is off the surface by no more than this part of the diagonal above what is allowed.
+#: A machined body without its creases is worth less.
+FEW_FLIPPED, FURTHER_OFF = 0.05, 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,10 +112,15 @@ class ProposedDraft:
 
     @property
     def nearly_sound(self) -> bool:
-        """Is little wrong with it: a few quads are flipped, or it is a little too far off?"""
+        """Is little wrong for its creases: few quads are flipped, or it is a little too far off?"""
         unfilled, tangled, flipped, off = self.rank[:WRONG]
-        few = flipped <= FEW_FLIPPED * self.report.quads
-        return not (unfilled or tangled) and few and off <= FURTHER_OFF
+        chains = self.network.chains.values()
+        along = sum(chain.count for chain in chains if not (chain.laid or chain.marked))
+        # Of a half, flipped quads of the image count, too.
+        along *= self.report.quads / max(sum(len(p.quads) for p in self.found.placed.values()), 1)
+        if not along or unfilled or tangled:
+            return False
+        return flipped <= FEW_FLIPPED * along and off <= FURTHER_OFF
 
     @property
     def price(self) -> float:
