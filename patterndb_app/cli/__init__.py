@@ -10,6 +10,7 @@ has the options that query and fill share, obj the files that several of them wr
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import gc
 import os
@@ -55,6 +56,7 @@ def cli() -> None:
 
 def main(began: float | None = None) -> None:
     """Run the command line, and end the process; began: when that did, on the work clock."""
+    sys.unraisablehook = _interrupt_again
     try:
         cli(obj=began)
     except SystemExit as leaving:
@@ -69,3 +71,11 @@ def main(began: float | None = None) -> None:
             with contextlib.suppress(OSError, ValueError, AttributeError):
                 stream.flush()
         os._exit(leaving.code if isinstance(leaving.code, int) else 1)
+
+
+def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
+    """Raise Ctrl-C once more where it was lost: callbacks of libraries and destructors drop it."""
+    if isinstance(lost.exc_value, KeyboardInterrupt):
+        _thread.interrupt_main()
+    else:
+        sys.__unraisablehook__(lost)
