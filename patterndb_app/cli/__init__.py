@@ -16,6 +16,7 @@ import gc
 import os
 import signal
 import sys
+import threading
 
 import click
 
@@ -54,6 +55,10 @@ def cli() -> None:
     """
 
 
+#: Seconds after which Ctrl-C that was dropped is raised again.
+INTERRUPT_SECONDS = 0.02
+
+
 def main(began: float | None = None) -> None:
     """Run the command line, and end the process; began: when that did, on the work clock."""
     sys.unraisablehook = _interrupt_again
@@ -76,6 +81,9 @@ def main(began: float | None = None) -> None:
 def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
     """Raise Ctrl-C once more where it was lost: callbacks of libraries and destructors drop it."""
     if isinstance(lost.exc_value, KeyboardInterrupt):
-        _thread.interrupt_main()
+        # Later and from elsewhere: raised in here it would be dropped as well.
+        again = threading.Timer(INTERRUPT_SECONDS, _thread.interrupt_main)
+        again.daemon = True
+        again.start()
     else:
         sys.__unraisablehook__(lost)

@@ -62,9 +62,9 @@ MOST_CONSTRUCTED = 16
 #: Assignments that are paved ring by ring, and the most fills that come of it.
 PAVED_ASSIGNMENTS, PAVED = 60, 8
 
-#: Fills of a ring along the loop and a smaller fill within: of so many assignments, at most so many
-#: that are made, of so many closed walks and ways to lie of each. The score of what lies within
-#: counts irregular vertices of the ring, too; a regular fill within is as likely as this.
+#: Fills of a ring along the loop and a smaller fill within: assignments that get rings, fills that
+#: are made at most, closed walks and ways to lie that are looked at for each ring. The score of
+#: what lies within counts irregular vertices of the ring, too; the last is that of a regular fill.
 RINGED_ASSIGNMENTS, RINGED = 8, 40
 RINGED_WALKS, RINGED_LIES = 4, 30
 RINGED_REGULAR = -1.5

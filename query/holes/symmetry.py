@@ -87,7 +87,7 @@ def count_followed(
 
 
 def lose_by_mirrors(n_mirrors: int, followed: int) -> float:
-    """Return what a fill loses in score that follows so many of its loop's mirrors.
+    """Return what a fill loses in score that follows some of its loop's mirrors.
 
     A loop with two, such as a slot's, is symmetric across two planes, and each counts. With more it
     is round or a regular polygon; no fill follows all, and one is enough.

@@ -140,7 +140,7 @@ def test_all_fills_have_the_corners_that_are_fixed(source: PatternSource) -> Non
 
 
 def slot(n: int, long: float) -> PolygonMesh:
-    """A flat ring of quads around an ellipse of n edges, so many times as long as wide."""
+    """A flat ring of quads around an ellipse of n edges, ``long`` times as long as wide."""
     at = 2 * np.pi * np.arange(n) / n
     rings = [
         np.column_stack([(long + r) * np.cos(at), (1 + r) * np.sin(at), 0 * at])

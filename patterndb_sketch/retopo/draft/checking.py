@@ -10,7 +10,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.wording import format_place, round_down
 
-#: A loop around a handle, or through one, is at least so many target edges long: three quads close
+#: Least length of a loop around a handle, or through one, in target edges: three quads close
 #: a tube, and it has no shape with fewer.
 LEAST_AROUND = 3.0
 

@@ -64,13 +64,13 @@ AT_NODE = 0.35
 #: field has no singularity, needs one.
 MOST_SEEDS = 12
 
-#: Where so many of these leave the same region without corners no other is tried.
+#: Number of these that leave the same region without corners, after which no other is tried.
 SAME_REGION = 3
 
 #: As many are tried on a bare surface with a region that has no corners, as one that is a tube.
 BARE_SEEDS = 3
 
-#: Laying so many edges of a line takes as long as making a quad does.
+#: Number of edges of a line that take as long to lay as a quad takes to make.
 EDGES_A_QUAD = 4.0
 
 

@@ -108,7 +108,7 @@ def seed_rings(field: CrossField, seeds: list[int]) -> list[int]:
 #: Lines across a ring that has no corner: a patch goes no further around it than a quarter.
 ACROSS_RING = 4
 
-#: A ring with so many lines needs no more.
+#: Number of lines after which a ring gets no more.
 LEAST_ACROSS = 3
 
 

@@ -26,10 +26,10 @@ SHARP, CONTINUED = 40.0, 25.0
 #: it that are not sharp, which counts as ROUGH degrees at least, or if it is above CLEAR degrees.
 CONTRAST, ROUGH, CLEAR = 4.0, 8.0, 65.0
 
-#: Nor is a chain of edges shorter than a target edge kept if that is below so many times the median
-#: of all other such edges next to it: there the surface is rough at the scale of its triangles.
-#: There are at least so many of them for each of its vertices then: a crease of a machined body
-#: meets a few short ones at its ends.
+#: Nor is a chain of edges shorter than a target edge kept if that is below CLEARLY times the median
+#: of all other such edges next to it: there the surface is rough at the scale of its triangles. At
+#: least FEWEST_SMALL of them for each of its vertices are next to it then: a crease of a machined
+#: body meets a few short ones at its ends.
 CLEARLY, FEWEST_SMALL = 3.0, 3
 
 #: A chain is noise if it is shorter than this, in target edges: with one open end; with two, and
