@@ -14,8 +14,8 @@ With --commands, the commands of the command line are run instead, whole process
 other with --time-limit, which counts from the start of the process, and without one and SIGINT sent
 in the middle of their work. What counts is the CPU seconds that the process takes after the moment,
 exit included; where other work keeps the machine busy, the clock on the wall shows that.
-Also shown are the exit code, the most memory, and "loading": the CPU seconds of a command that needs
-the same libraries and tables for sides of two edges, after which SIGINT is sent.
+Also shown are the exit code, the most memory, and "loading": the CPU seconds of a command that
+needs the same libraries and tables for sides of two edges, after which SIGINT is sent.
 
 Prints a Markdown table and the worst; exits 1 if a question took more than --late seconds.
 """

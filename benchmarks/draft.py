@@ -8,7 +8,9 @@ Every draft is a whole process, `patterndb retopo SURFACE --draft`, after one th
 Peers run in another Python (`--peers`) that has pyQuadriFlow and pyinstantmeshes, which are no
 dependencies; their CPU seconds are of the call alone. With --quads all are asked for as many quads;
 else the draft has edges of a share of the diagonal, and the peers are asked for as many quads as it
-has. --meshes keeps what was made. Prints Markdown, then medians:
+has. --meshes keeps what was made. A run of more CPU seconds than --limit is ended. With --rows each
+row is added to a file as it comes, and those that are in it already are not made again. Prints
+Markdown, then medians:
 
 - irregular: vertices with other than 4 quads (2 on a border), per 1,000 quads
 - spread: standard deviation of edge lengths over their mean
@@ -22,12 +24,13 @@ has. --meshes keeps what was made. Prints Markdown, then medians:
 from __future__ import annotations
 
 import argparse
+import json
 import resource
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -172,37 +175,43 @@ def measure(ground: Ground, vertices: Points, quads: Int32Array, cpu: float) -> 
     )
 
 
-def run(command: Sequence[str]) -> tuple[subprocess.CompletedProcess[str], float]:
-    """Run a command; return it, and its CPU seconds."""
+def run(command: Sequence[str], limit: float) -> tuple[subprocess.CompletedProcess[str], float]:
+    """Run a command, ended after a limit of CPU seconds; return it, and its CPU seconds."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run(command, check=False, capture_output=True, text=True)
+    limited = ["prlimit", f"--cpu={limit:.0f}", *command]
+    done = subprocess.run(limited, check=False, capture_output=True, text=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return done, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def make_draft(path: Path, size: Sequence[str], made: Path) -> tuple[float, str]:
+def make_draft(path: Path, size: Sequence[str], made: Path, limit: float) -> tuple[float, str]:
     """Draft a surface into a file; return the CPU seconds, and what was reported."""
     command = [sys.executable, "-m", "patterndb", "retopo", str(path), "--draft", *size]
-    done, cpu = run([*command, "-o", str(made)])
+    done, cpu = run([*command, "-o", str(made)], limit)
     lines = [line for line in done.stderr.splitlines() if not line.startswith("compil")]
     return cpu, "; ".join(line for line in lines if line.startswith(("draft:", "patterndb:")))
 
 
 def run_peer(
-    python: str, by: str, ground: Ground, wanted: int, folder: Path
+    python: str, by: str, ground: Ground, wanted: int, made: Path, limit: float
 ) -> tuple[Points, Int32Array, float] | None:
     """Return a peer's vertices, quads and CPU seconds; None where it fails."""
-    given, made = folder / "given.npz", folder / "made.npz"
-    made.unlink(missing_ok=True)
-    np.savez(given, vertices=ground.vertices, triangles=ground.triangles)
-    run([python, "-c", PEER, str(given), by, str(wanted), str(made)])
-    if not made.exists():
+    with tempfile.TemporaryDirectory() as folder:
+        given, found = Path(folder) / "given.npz", Path(folder) / "made.npz"
+        np.savez(given, vertices=ground.vertices, triangles=ground.triangles)
+        run([python, "-c", PEER, str(given), by, str(wanted), str(found)], limit)
+        if not found.exists():
+            return None
+        with np.load(found, allow_pickle=False) as arrays:
+            faces = arrays["faces"].astype(np.int32)
+            quads = join_triangles(faces) if faces.shape[1] == 3 else faces
+            whole = (np.diff(np.sort(quads, axis=1), axis=1) > 0).all(axis=1)
+            vertices, quads = arrays["vertices"], quads[whole]
+            seconds = float(arrays["seconds"])
+    if not len(quads):
         return None
-    with np.load(made, allow_pickle=False) as found:
-        faces = found["faces"].astype(np.int32)
-        quads = join_triangles(faces) if faces.shape[1] == 3 else faces
-        whole = (np.diff(np.sort(quads, axis=1), axis=1) > 0).all(axis=1)
-        return found["vertices"], quads[whole], float(found["seconds"])
+    write_mesh(made, (vertices, quads))
+    return vertices, quads, seconds
 
 
 def join_triangles(triangles: Int32Array) -> Int32Array:
@@ -245,6 +254,47 @@ HEAD = (
 )
 
 
+class Rows:
+    """Rows by surface and method, kept in a file of JSON lines if one is given."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        self.rows: dict[tuple[str, str], tuple[Row | None, str]] = {}
+        if path is not None and path.exists():
+            for line in path.read_text().splitlines():
+                found = json.loads(line)
+                row = None if found["row"] is None else Row(**found["row"])
+                self.rows[found["surface"], found["by"]] = row, found["said"]
+
+    def add(self, surface: str, by: str, row: Row | None, said: str) -> None:
+        """Add a row; None for a surface that was refused."""
+        self.rows[surface, by] = row, said
+        if self.path is not None:
+            line = {"surface": surface, "by": by, "row": row and asdict(row), "said": said}
+            with self.path.open("a") as file:
+                file.write(json.dumps(line) + "\n")
+
+
+def mesh_surface(
+    path: Path, by: str, asked: int | None, folder: Path, options: argparse.Namespace
+) -> tuple[Row | None, str]:
+    """Mesh a surface; return its row, None if it was refused, and what was reported."""
+    ground = Ground.of_polygons(read_mesh(path))
+    made = folder / f"{path.stem}.{by}.obj"
+    made.unlink(missing_ok=True)
+    if by != "draft":
+        found = run_peer(options.peers, by, ground, asked or 1200, made, options.limit)
+        return (None, "failed") if found is None else (measure(ground, *found), "")
+    wish = ["--quads", str(options.quads)]
+    if options.quads is None:
+        wish = ["--edge", f"{options.edge * ground.diagonal:.6g}"]
+    cpu, said = make_draft(path, [*wish, "--sharp", options.sharp], made, options.limit)
+    if not made.exists():
+        return None, f"{said or 'ended'} ({cpu:.1f} s)"
+    mesh = read_mesh(made)
+    return measure(ground, mesh.points, mesh.quads()[0], cpu), said
+
+
 def main() -> None:
     """Mesh all surfaces by all methods, and print the table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
@@ -254,54 +304,49 @@ def main() -> None:
     parser.add_argument("--by", default="draft", help=f"of {','.join(METHODS)}")
     parser.add_argument("--peers", default=sys.executable, metavar="PYTHON")
     parser.add_argument("--meshes", type=Path, metavar="FOLDER", help="where meshes are kept")
+    parser.add_argument("--rows", type=Path, metavar="FILE", help="where rows are kept")
+    parser.add_argument("--limit", type=float, default=600.0, help="CPU seconds of a run")
     parser.add_argument("--sharp", default="auto", help="as of patterndb retopo")
     parser.add_argument("surfaces", nargs="+", type=Path)
     options = parser.parse_args()
-    rows: dict[str, list[Row]] = {}
-    refused: dict[str, int] = {}
+    methods = options.by.split(",")
+    kept = Rows(options.rows)
     with tempfile.TemporaryDirectory() as temporary:
         folder = options.meshes or Path(temporary)
         folder.mkdir(parents=True, exist_ok=True)
-        warm = ["--edge", "6", "--sharp", options.sharp]
-        make_draft(ROOT / "examples" / "dog.obj", warm, Path(temporary) / "warm.obj")
+        if any((path.stem, "draft") not in kept.rows for path in options.surfaces):
+            warm = ["--edge", "6", "--sharp", options.sharp]
+            dog = ROOT / "examples" / "dog.obj"
+            make_draft(dog, warm, Path(temporary) / "warm.obj", options.limit)
         print(HEAD, flush=True)
         for path in options.surfaces:
-            ground = Ground.of_polygons(read_mesh(path))
             asked = options.quads
-            for by in options.by.split(","):
-                made = folder / f"{path.stem}.{by}.obj"
-                made.unlink(missing_ok=True)
-                if by == "draft":
-                    wish = ["--quads", str(asked)] if asked else []
-                    wish = wish or ["--edge", f"{options.edge * ground.diagonal:.6g}"]
-                    cpu, said = make_draft(path, [*wish, "--sharp", options.sharp], made)
-                    print(f"{path.stem}: {said}", file=sys.stderr, flush=True)
-                    if not made.exists():
-                        refused[by] = refused.get(by, 0) + 1
-                        print(f"| {path.stem} | {by} | refused, {cpu:.1f} s |", flush=True)
-                        continue
-                    mesh = read_mesh(made)
-                    row = measure(ground, mesh.points, mesh.quads()[0], cpu)
+            for by in methods:
+                if (path.stem, by) not in kept.rows:
+                    kept.add(path.stem, by, *mesh_surface(path, by, asked, folder, options))
+                row, said = kept.rows[path.stem, by]
+                if row is None:
+                    print(f"| {path.stem} | {by} | refused |", flush=True)
                 else:
-                    found = run_peer(options.peers, by, ground, asked or 1200, folder)
-                    if found is None:
-                        refused[by] = refused.get(by, 0) + 1
-                        print(f"| {path.stem} | {by} | failed |", flush=True)
-                        continue
-                    write_mesh(made, found[:2])
-                    row = measure(ground, *found)
-                print(format_row(path.stem, by, asked, row), flush=True)
-                asked = asked or row.quads
-                rows.setdefault(by, []).append(row)
-    for by, own in rows.items():
-        right = sum(row.euler == row.euler_surface for row in own)
-        said = [f"{len(own)} done, {refused.get(by, 0)} not, Euler number right {right}"]
-        for field in fields(Row):
-            if field.name in ("irregular", "spread", "below", "to", "back", "kept", "cpu"):
-                values = np.array([getattr(row, field.name) for row in own])
-                if not np.isnan(values).all():
-                    said.append(f"{field.name} {np.nanmedian(values):.3g}")
-        print(f"\n{by}: {'; '.join(said)} (medians)")
+                    print(format_row(path.stem, by, asked, row), flush=True)
+                    asked = asked or row.quads
+                if said:
+                    print(f"{path.stem}: {said}", file=sys.stderr, flush=True)
+    for by in methods:
+        print_medians(by, [kept.rows[path.stem, by][0] for path in options.surfaces])
+
+
+def print_medians(by: str, rows: Sequence[Row | None]) -> None:
+    """Print the medians of a method's rows, None where it refused a surface."""
+    own = [row for row in rows if row is not None]
+    right = sum(row.euler == row.euler_surface for row in own)
+    said = [f"{len(own)} done, {len(rows) - len(own)} not, Euler number right {right}"]
+    for field in fields(Row):
+        if field.name in ("irregular", "spread", "below", "to", "back", "kept", "cpu"):
+            values = np.array([getattr(row, field.name) for row in own])
+            if not np.isnan(values).all():
+                said.append(f"{field.name} {np.nanmedian(values):.3g}")
+    print(f"\n{by}: {'; '.join(said)} (medians)")
 
 
 if __name__ == "__main__":

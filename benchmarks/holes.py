@@ -4,13 +4,15 @@
     python benchmarks/holes.py ../shared/data/meshes --folds folds --kind everyday --per-mesh 10
     python benchmarks/holes.py ../shared/data/meshes --folds folds --kind irregular --orders
     python benchmarks/holes.py ../shared/data/meshes --only NAMES.txt --db others.db --models m.npz
-    python benchmarks/holes.py ../shared/data/meshes --kind both --per-mesh 70 --limit 1
-    options: --seed 11  --twins
+    python benchmarks/holes.py ../shared/data/meshes --folds folds --kind both --count 3000 \
+        --limit 1
+    options: --seed 11  --per-mesh 20  --twins
 
 Everyday holes are cut as people delete faces: a face, a strip, those around a vertex, a block, a
 face or vertex grown once or twice. Irregular ones have 6 to 120 quads and one irregular vertex or
 more. With --folds each mesh is asked about with the models and the database of its fold, which have
 not seen it; with none of --folds, --db and --models, with those that ship, which have seen most.
+--count gives the number of holes of all meshes together instead of --per-mesh, half of each kind.
 
 Each hole is asked for twenty fills (--limit), which are checked: each is a disk of quads on the
 hole's loop, and welded, no old vertex has moved, faces that stay are those that were, and every
@@ -23,6 +25,7 @@ that artists made most first, and plain queries. Prints Markdown.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections import Counter
@@ -157,6 +160,11 @@ def describe_shape(fill: HoleFill) -> dict[str, bool]:
     }
 
 
+def list_oddities(fill: HoleFill) -> list[str]:
+    """List what is wrong with how a fill lies, in a word each."""
+    return [fault for fault, found in describe_shape(fill).items() if found]
+
+
 def is_pierced(points: Any, fill: HoleFill) -> bool:
     """Does an edge of a fill, or of a face around it, pierce a quad of the fill?"""
     quads = fill.quads
@@ -229,6 +237,7 @@ def main() -> None:
     parser.add_argument("--kind", choices=("everyday", "irregular", "both"), default="irregular")
     parser.add_argument("--limit", type=int, default=TOP[-1], help="fills asked of each hole")
     parser.add_argument("--per-mesh", type=int, default=20)
+    parser.add_argument("--count", type=int, help="holes of all meshes together")
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--twins", action="store_true")
     parser.add_argument("--orders", action="store_true", help="compare with other orders; slow")
@@ -236,6 +245,9 @@ def main() -> None:
     names = {path.name for path in given.folder.glob("*.obj")}
     if given.only is not None:
         names &= set(given.only.read_text().split())
+    if given.count is not None:
+        kinds = 2 if given.kind == "both" else 1
+        given.per_mesh = math.ceil(given.count / max(len(names), 1) / kinds)
     parts: list[tuple[Path | None, Path | None, set[str]]] = [(given.db, given.models, names)]
     if given.folds is not None:
         parts = [
@@ -259,7 +271,10 @@ def main() -> None:
     print_recall(rows)
     if given.orders:
         print_orders(rows)
-    print_first(rows)
+    for title in ("everyday", "irregular"):
+        print_first(
+            title, [row for row in rows if (row[0].kind == "irregular") == (title == "irregular")]
+        )
 
 
 def ask_mesh(
@@ -276,7 +291,8 @@ def ask_mesh(
     for hole in cuts:
         row = ask(hole, db, models, given.twins, None if given.orders else given.limit)
         rows.append((hole, row))
-        for fault in row["faults"]:
+        odd = [] if row["first"] is None else list_oddities(row["first"])
+        for fault in (*row["faults"], *(f"the first fill is {one}" for one in odd)):
             loop = ",".join(map(str, hole.hole.loop.tolist()))
             print(f"{path.name}, the hole {loop}: {fault}", file=sys.stderr, flush=True)
         if given.orders:
@@ -333,15 +349,17 @@ def print_orders(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
     print(f"\nmissed among twenty: {dict(why)}")
 
 
-def print_first(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
-    """Print how first fills lie, faults, and milliseconds."""
+def print_first(title: str, rows: list[tuple[Cut, dict[str, Any]]]) -> None:
+    """Print how first fills of one kind of holes lie, faults, and milliseconds."""
+    if not rows:
+        return
     first = [r["first"] for _, r in rows if r["first"] is not None]
     distance = [measure_distance(r["first"], c) for c, r in rows if r["first"] is not None]
     poles = [r["first"].n_irregular - c.irregular for c, r in rows if r["first"] is not None]
     ms = np.array([(r["first_ms"], r["all_ms"]) for _, r in rows])
-    shapes = Counter(fault for f in first for fault, found in describe_shape(f).items() if found)
+    shapes = Counter(fault for f in first for fault in list_oddities(f))
     print(
-        f"\n{len(rows)} holes of {len({cut.mesh for cut, _ in rows})} meshes: "
+        f"\n{title}: {len(rows)} holes of {len({cut.mesh for cut, _ in rows})} meshes: "
         f"unanswered {len(rows) - len(first)}; twins {sum(r['twin'] for _, r in rows)}; "
         f"faults {sum(len(r['faults']) for _, r in rows)} "
         f"in {sum(r['listed'] for _, r in rows)} fills"
@@ -352,6 +370,7 @@ def print_first(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
         f"pierced by an edge in {shapes['pierced']}; quads longer than {SLIVER:g} times their "
         f"width in {shapes['slivers']}; irregular vertices less the artist's "
         f"{np.mean(poles):+.2f}; "
+        f"the artist's own {share([r['rank'] for _, r in rows], 1)}; "
         f"distance {np.mean(distance):.3f} edges in the mean, "
         f"{np.percentile(distance, 95):.3f} at 95 %"
     )

@@ -16,6 +16,9 @@ def main() -> None:
         # Too few descriptors (ulimit -n) to read one module after another, say.
         sys.stderr.write(f"patterndb: the program cannot be loaded: {error}\n")
         sys.exit(3)
+    except KeyboardInterrupt:
+        sys.stderr.write("\ninterrupted\n")
+        sys.exit(130)
     run(began)
 
 

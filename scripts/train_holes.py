@@ -19,9 +19,10 @@ rights are learned from; the others serve as tests, in whichever fold they are.
 2. Corner model: boosted trees that classify each loop vertex by its quads, every second hole
    mirrored, one model a fold. The model that is shipped is their mean.
 3. Assignments: a conditional logit on the corners that are likeliest vertex by vertex.
-4. Lists: the candidates of holes, as the program makes them, with the artist's own fill among
-   them. They are rich in fills with irregular vertices inside; each counts by the number of holes
-   that it stands for.
+4. Lists: the candidates of holes, with the artist's own fill among them: as the program makes
+   them, except for fills that are paved, which are ranked by what was learned from the others.
+   Lists are rich in fills with irregular vertices inside; each counts by the number of holes that
+   it stands for.
 5. Ranking: two conditional logits, of the facts of a candidate and of all its numbers, and trees
    on top of the second, boosted by Newton steps of the same likelihood. Early lists, those that
    the first fill is chosen from, count as well as whole ones.
@@ -64,12 +65,21 @@ from patterndb.store.starter import PACKED_NAME, unpack_starter
 from query import Boundary, fills
 from query.boundary import CornerKind
 from query.holes.assignments import AssignmentModel, measure_assignments, rank_listed
-from query.holes.candidates import HoleSearch
+from query.holes.candidates import (
+    ASKED_FIRST,
+    ASSIGNMENTS,
+    KEPT_LATE,
+    REMEMBERED,
+    REMEMBERED_LATE,
+    HoleSearch,
+)
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
-from query.holes.patterns import HolePatterns
+from query.holes.filling import PLACED as PLACED_BY_FACTS
+from query.holes.patterns import KEPT, HolePatterns
 from query.holes.ranking import (
     FACTS,
+    RankingModel,
     compare_numbers,
     list_facts,
     measure_plain_fill,
@@ -525,7 +535,7 @@ def list_mesh(name: str) -> tuple[list[CandidateList], list[Choice]]:
 
 
 def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> CandidateList:
-    """List the candidates of a hole as the program does, by models that have not seen its mesh."""
+    """List the candidates of a hole, by models that have not seen its mesh."""
     assert _shared.assignments is not None
     fold = _shared.fold_of[cut.mesh]
     around = look_around(cut.hole)
@@ -539,9 +549,11 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
         HoleRim.of(cut.hole),
         find_mirrors(around.points[:n], around.due),
     )
-    candidates = list(search.early(learned=False))
+    candidates = [*search.regular(), *search.remembered(REMEMBERED, KEPT)]
+    candidates += search.likely(0, ASKED_FIRST)
     n_early = len(candidates) + 1  # the first of the others, too
-    candidates += search.late()
+    candidates += search.likely(ASKED_FIRST, ASSIGNMENTS)
+    candidates += [*search.remembered(REMEMBERED_LATE, KEPT_LATE), *search.relaxed()]
     facts = tame_numbers(list_facts(candidates, around))
     keys = [candidate.key for candidate in candidates]
     own = keys.index(cut.key) if cut.key in keys else -1
@@ -678,13 +690,19 @@ def name_logit(name: str, parts: list[Numbers]) -> Arrays:
 
 def judge_lists(by_fold: Sequence[Arrays]) -> dict[str, list[float]]:
     """Return hit@1, @5, @20 in folds, of whole lists, by kind and irregular vertices inside; the
-    first fill has flipped quads only where all have."""
+    first fill has flipped quads only where all have, and an own fill that the facts alone put
+    behind those that the program places is missed."""
     ranks: list[tuple[CandidateList, float, bool]] = []
     models = [
-        (*_read_logit(one, "whole"), TreeModel.from_arrays(one, "whole_tree_")) for one in by_fold
+        (
+            RankingModel(*_read_logit(one, "facts")),
+            *_read_logit(one, "whole"),
+            TreeModel.from_arrays(one, "whole_tree_"),
+        )
+        for one in by_fold
     ]
     for one in _shared.lists:
-        mean, spread, weights, trees = models[_shared.fold_of[one.mesh]]
+        first_model, mean, spread, weights, trees = models[_shared.fold_of[one.mesh]]
         numbers = one.numbers.astype(np.float64)
         scores = ((numbers - mean) / spread) @ weights + one.offset[one.chosen]
         scores += trees.score(compare_numbers(numbers))[:, 0]
@@ -692,7 +710,11 @@ def judge_lists(by_fold: Sequence[Arrays]) -> dict[str, list[float]]:
         order = np.argsort(-scores, kind="stable")
         first = order[np.argsort(flipped[order], kind="stable")[0]]
         order = np.r_[first, order[order != first]]
-        rank = float(np.flatnonzero(order == one.at)[0]) if one.at >= 0 else math.inf
+        rank = math.inf
+        if one.at >= 0:
+            known = first_model.score_facts(one.facts.astype(np.float64)) + one.offset
+            if (known > known[one.own]).sum() < PLACED_BY_FACTS:
+                rank = float(np.flatnonzero(order == one.at)[0])
         ranks.append((one, rank, bool(flipped[first])))
     found: dict[str, list[float]] = {}
 

@@ -10,10 +10,13 @@ has the options that query and fill share, obj the files that several of them wr
 
 from __future__ import annotations
 
+import _thread
 import contextlib
 import gc
 import os
+import signal
 import sys
+import threading
 
 import click
 
@@ -52,11 +55,18 @@ def cli() -> None:
     """
 
 
+#: Seconds after which Ctrl-C that was dropped is raised again.
+INTERRUPT_SECONDS = 0.02
+
+
 def main(began: float | None = None) -> None:
     """Run the command line, and end the process; began: when that did, on the work clock."""
+    sys.unraisablehook = _interrupt_again
     try:
         cli(obj=began)
     except SystemExit as leaving:
+        # What is left is to end; Ctrl-C changes no exit code any more.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         # The last garbage collection would look through all modules, for a fifth of a second.
         gc.freeze()
         if not has_tasks_left():
@@ -66,3 +76,14 @@ def main(began: float | None = None) -> None:
             with contextlib.suppress(OSError, ValueError, AttributeError):
                 stream.flush()
         os._exit(leaving.code if isinstance(leaving.code, int) else 1)
+
+
+def _interrupt_again(lost: sys.UnraisableHookArgs) -> None:
+    """Raise Ctrl-C once more where it was lost: callbacks of libraries and destructors drop it."""
+    if isinstance(lost.exc_value, KeyboardInterrupt):
+        # Later and from elsewhere: raised in here it would be dropped as well.
+        again = threading.Timer(INTERRUPT_SECONDS, _thread.interrupt_main)
+        again.daemon = True
+        again.start()
+    else:
+        sys.__unraisablehook__(lost)

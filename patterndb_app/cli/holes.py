@@ -345,6 +345,11 @@ def holes(
     with open_database(db) as database:
         answered, open_ones = _answer(database, chosen, corners or {}, flows, options)
     left += open_ones
+    if not several and not answered[0][1] and corners:
+        raise NotFoundError(
+            f"no fill was found that has the quads of --corners at all {len(corners)} vertices"
+            f"{describe_stop(answered[0][0])}; fix fewer corners, or give other numbers"
+        )
     if not several and len(answered[0][1]) < rank:
         count = plural(len(answered[0][1]), "fill")
         raise NotFoundError(

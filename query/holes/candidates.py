@@ -28,7 +28,8 @@ from query.holes.regular import (
     list_rectangles,
 )
 from query.holes.rim import HoleRim
-from query.holes.symmetry import is_mirrored
+from query.holes.rings import QuadRing, lay_ring, pave_loop
+from query.holes.symmetry import count_followed, lose_by_mirrors
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
@@ -58,7 +59,18 @@ ASKED_WHOLE, ASKED_WHOLE_WIDE, WIDE = 3, 8, 8
 #: likeliest assignment alone has one.
 MOST_CONSTRUCTED = 16
 
-#: Fills of the relaxed lists, whose corners may lie elsewhere.
+#: Assignments that are paved ring by ring, and the most fills that come of it.
+PAVED_ASSIGNMENTS, PAVED = 60, 8
+
+#: Fills of a ring along the loop and a smaller fill within: assignments that get rings, fills that
+#: are made at most, closed walks and ways to lie that are looked at for each ring. The score of
+#: what lies within counts irregular vertices of the ring, too; the last is that of a regular fill.
+RINGED_ASSIGNMENTS, RINGED = 8, 40
+RINGED_WALKS, RINGED_LIES = 4, 30
+RINGED_REGULAR = -1.5
+
+#: Fills of the relaxed lists, whose corners may lie elsewhere; these are asked for where fewer
+#: candidates are known.
 RELAXED = 30
 
 #: Loop polychords are tried this wide: rings of a finger tip.
@@ -154,31 +166,32 @@ class HoleSearch:
             {},
         )
 
-    def early(self, *, learned: bool = True) -> Iterator[HoleCandidate]:
+    def early(self) -> Iterator[HoleCandidate]:
         """Yield the candidates that the first fill is chosen from: regular ones, patterns of holes,
-        and those of the likeliest assignments.
-
-        learned: of learned patterns alone, if there are any; the others, which take longest, are
-        among the late ones then.
-        """
+        those that are paved, and learned ones of the likeliest assignments; where there are none,
+        all of the likeliest assignments."""
         found = 0
         for source in (
             self.regular(),
             self.remembered(REMEMBERED, KEPT),
-            self.likely(0, ASKED_FIRST, learned=True) if learned and not self.strokes else (),
+            self.paved(),
+            () if self.strokes else self.likely(0, ASKED_FIRST, learned=True),
         ):
             for candidate in source:
                 found += 1
                 yield candidate
-        if not learned or not found:
+        if not found:
             self._asked = ASKED_FIRST
             yield from self.likely(0, ASKED_FIRST)
 
     def late(self) -> Iterator[HoleCandidate]:
-        """Yield the others: those of more assignments, more patterns of holes, and relaxed ones."""
+        """Yield the others: those of more assignments, more patterns of holes, rings with patterns
+        within, and, where few are known, relaxed ones."""
         yield from self.likely(self._asked, ASSIGNMENTS)
         yield from self.remembered(REMEMBERED_LATE, KEPT_LATE)
-        yield from self.relaxed()
+        yield from self.ringed()
+        if len(self.known) < RELAXED:
+            yield from self.relaxed()
 
     def take_new(self, quads: Int32Array, n_vertices: int, n: int) -> bytes | None:
         """Remember quads in the loop's numbering: their key; None for no fill, one that cannot be
@@ -206,7 +219,7 @@ class HoleSearch:
         top = float(self.logs.max(axis=1).sum())
         found: list[tuple[Int32Array, int, Pattern]] = []
         for corners in (*walks, *rectangles):
-            if any(corners[at] != asked for at, asked in self.fixed.items()):
+            if not self._has_fixed(corners):
                 continue
             if len(found) >= REGULAR and not any(corners is one for one in rectangles):
                 continue
@@ -252,6 +265,81 @@ class HoleSearch:
             for variant in (fill, *_widen_loops(fill)):
                 self._places[lie.pattern] = self._places.get(lie.pattern, 0) + 1
                 yield from self._new(variant, first, n, self._places[lie.pattern])
+
+    def paved(self) -> Iterator[HoleCandidate]:
+        """Yield candidates that are paved ring by ring, of the likeliest assignments: those with
+        one irregular vertex inside, mostly."""
+        n = len(self.logs)
+        if self.strokes or n % 2 or n > MOST_EDGES:
+            return
+        count = 0
+        for corners in self.ranked[:PAVED_ASSIGNMENTS]:
+            made = pave_loop(corners) if self._has_fixed(corners) else None
+            candidate = None if made is None else self._construct(*made)
+            if candidate is not None:
+                yield candidate
+                count += 1
+                if count == PAVED:
+                    return
+
+    def _construct(self, quads: Int32Array, n_vertices: int) -> HoleCandidate | None:
+        """The candidate that quads in the loop's numbering are; None for no fill, or a known
+        one."""
+        n = len(self.logs)
+        twin, fault = weld_quads(quads, n_vertices, n)
+        if fault or hash_quads(quads, twin, False) in self.known:
+            return None
+        pattern = Pattern.from_disk(reduce_disk(twin))
+        fill = Fill(quads, n_vertices, (n,), pattern, (), 0, False, 0, "constructed")
+        if self._fact(fill)[0] or self.patterns.row_of(pattern.id) >= 0:
+            fill = replace(fill, origin="learned")
+        return next(self._new(fill, 0, n, 1), None)
+
+    def ringed(self) -> Iterator[HoleCandidate]:
+        """Yield candidates of a ring of quads along the loop, and a regular fill or a pattern of
+        holes within it."""
+        n = len(self.logs)
+        if self.strokes or n % 2 or n > MOST_EDGES:
+            return
+        found: list[tuple[float, QuadRing, Int32Array | Lie | None]] = []
+        asked = zip(self.ranked[:RINGED_ASSIGNMENTS], self.scores.tolist(), strict=False)
+        for corners, score in asked:
+            ring = lay_ring(corners) if self._has_fixed(corners) else None
+            if ring is None:
+                continue
+            if not len(ring.inner):
+                found.append((score, ring, None))
+                continue
+            logs = ring.log_within()
+            at = np.arange(len(logs))
+            for walk in list_closed_walks(logs, RINGED_WALKS, CLOSED_STEPS):
+                likely = float(logs[at, walk - 1].sum()) + RINGED_REGULAR
+                found.append((score + likely, ring, walk))
+            lies, within = self.patterns.find_lies(logs, RINGED_LIES)
+            for lie, quads in zip(lies, within, strict=True):
+                likely = float(logs[at, quads - 1].sum())
+                likely += SHARE * float(np.log(self.patterns.share[lie.pattern]))
+                found.append((score + likely, ring, lie))
+        found.sort(key=lambda one: -one[0])
+        for _, ring, within in found[:RINGED]:
+            quads = ring.quads
+            if isinstance(within, Lie):
+                m, first = len(ring.inner), self.patterns.first_vertex(within)
+                pattern = self.patterns.pattern(within.pattern)
+                quads = expand_pattern(pattern, within.widths, mirrored=within.mirrored).quads
+                quads = ring.join(np.where(quads < m, (quads + first) % m, quads))
+            elif within is not None:
+                made = build_regular_fill(within)
+                if made is None:
+                    continue
+                quads = ring.join(made[0])
+            candidate = self._construct(quads, int(quads.max()) + 1)
+            if candidate is not None:
+                yield candidate
+
+    def _has_fixed(self, corners: Int32Array) -> bool:
+        """Do corners (L,) have the quads that the caller fixed?"""
+        return all(corners[at] == asked for at, asked in self.fixed.items())
 
     def likely(self, first: int, last: int, *, learned: bool = False) -> Iterator[HoleCandidate]:
         """Candidates of some of the likeliest assignments, strictly with their corners.
@@ -362,7 +450,7 @@ class HoleSearch:
 
     def _new(self, fill: Fill, first: int, n: int, place: int) -> Iterator[HoleCandidate]:
         quads, at_loop = _turn_quads(fill.quads, first, n)
-        if not len(quads):
+        if not len(quads) or not self._has_fixed(at_loop):
             return
         key = self.take_new(quads, fill.n_vertices, n)
         if key is None:
@@ -370,6 +458,7 @@ class HoleSearch:
         traits = measure_assignments(self.logs, self.due, at_loop[None])
         frequency, meshes, symmetries = self._fact(fill)
         row = self.patterns.row_of(fill.pattern.id)
+        followed = count_followed(quads, fill.n_vertices, n, key, self.mirrors)
         yield HoleCandidate(
             fill,
             quads,
@@ -381,8 +470,8 @@ class HoleSearch:
             symmetries,
             int(self.patterns.meshes[row]) if row >= 0 else 0,
             float(self.patterns.share[row]) if row >= 0 else 0.0,
-            bool(len(self.mirrors))
-            and not is_mirrored(quads, fill.n_vertices, n, key, self.mirrors),
+            bool(len(self.mirrors)) and not followed,
+            lose_by_mirrors(len(self.mirrors), followed),
             place,
             key,
             self.best_closed,

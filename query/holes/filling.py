@@ -47,7 +47,7 @@ from query.holes.surroundings import (
     list_faces_near,
     look_around,
 )
-from query.holes.symmetry import ASYMMETRIC, find_mirrors
+from query.holes.symmetry import find_mirrors
 from query.holes.twin import find_rest, prepare_twins
 from query.recognise import as_fill
 from query.stroke import Stroke
@@ -268,8 +268,9 @@ def fill_holes(
     image lies as the other side does unless a shape or a tension is chosen.
     models: of what artists do; by default those that come with the package.
 
-    Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop, for
-    a hole with an island and for a fill of another mesh, InvalidQueryError for an odd loop
+    Every even loop of 4 to 2,000 edges has fills; with corners that the caller fixes the list is
+    empty where no fill is found that has them. Raises InvalidMeshError for what is no loop, for a
+    hole with an island and for a fill of another mesh, InvalidQueryError for an odd loop
     (:func:`list_even_ways` has the nearest ways out), corners that are none, and for shape, tension
     and ngon that contradict each other or the rest.
     """
@@ -578,7 +579,7 @@ class _CandidateBoard:
     def add(self, candidates: list[HoleCandidate], most: int) -> None:
         """Place the best by their facts, at most so many, those that wait already among them."""
         facts = list_facts(candidates, self._around)
-        scores = self._first.score_facts(facts) - _lose_by_asymmetry(candidates)
+        scores = self._first.score_facts(facts) - np.array([one.loss for one in candidates])
         for score, candidate, row in zip(scores.tolist(), candidates, facts, strict=True):
             self._waiting.append((-score, self._serial, candidate, row))
             self._serial += 1
@@ -642,7 +643,7 @@ class _CandidateBoard:
             lies = place_fill(self._around, candidate.quads, candidate.n_vertices)
             self._placed.append(_Placed(len(self._numbers), candidate, lies))
             self._numbers.append(np.concatenate([facts, lies.measures]))
-            self._losses += _lose_by_asymmetry([candidate]).tolist()
+            self._losses.append(candidate.loss)
         del self._waiting[:placed]
         self._scores = self._whole.score(np.array(self._numbers)) - self._losses
 
@@ -684,11 +685,6 @@ def _continue_part(
         points = np.concatenate([found[1], fill.points])
         score = fill.score + AHEAD
         yield _mirrored_fill(hole, around, local, points, chosen, score=score, fill=fill.fill)
-
-
-def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float64]:
-    """(c,) what candidates lose because they do not follow the mirrors of their loop."""
-    return ASYMMETRIC * np.array([one.asymmetric for one in candidates], np.float64)
 
 
 def _hole_fill(

@@ -100,6 +100,7 @@ class HoleCandidate:
     hole_meshes, hole_share: of the pattern among those of holes; see HolePatterns. 0 and 0 where no
              hole has shown it.
     asymmetric: has the loop a mirror, but none that maps the fill onto itself?
+    loss:    what it loses in score because it does not follow the loop's mirrors.
     place:   among the fills of its pattern, from 1.
     key:     tells it from any other fill of the loop.
     best_closed: log_corners of the likeliest fill of the loop without irregular vertices inside;
@@ -117,6 +118,7 @@ class HoleCandidate:
     hole_meshes: int
     hole_share: float
     asymmetric: bool
+    loss: float
     place: int
     key: bytes
     best_closed: float

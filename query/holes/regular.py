@@ -37,13 +37,13 @@ def build_regular_fill(corners: Int32Array) -> tuple[Int32Array, int] | None:
     corners: (L,) 1 to 4. Returns quads (q, 4) int32, loop vertices 0..L-1, inner ones after, and
     how many vertices; None where there is none.
     """
-    quads, n_vertices = _build_fill(np.ascontiguousarray(corners, np.int32))
+    quads, n_vertices = fill_walk(np.ascontiguousarray(corners, np.int32))
     return (quads, n_vertices) if n_vertices else None
 
 
 @kernel
-def _build_fill(corners: Int32Array) -> tuple[Int32Array, int]:
-    """Kernel of :func:`build_regular_fill`; no vertices where no such fill exists."""
+def fill_walk(corners: Int32Array) -> tuple[Int32Array, int]:
+    """Kernel of :func:`build_regular_fill`: no vertices where no such fill exists."""
     n = len(corners)
     none = np.empty((0, 4), np.int32)
     if (2 - corners).sum() != 4:

@@ -17,7 +17,7 @@ from query.identity import hash_quads, weld_quads
 #: How far a vertex may lie from the image of its partner, in mean edges of the loop.
 NEAR = 0.1
 
-#: What a fill that follows no mirror of its loop loses in score, which is a logarithm of odds:
+#: What a fill loses in score, which is a logarithm of odds, by a mirror that it does not follow:
 #: log(206 / 3), by the artists' fills counted above.
 ASYMMETRIC = 4.2
 
@@ -27,6 +27,10 @@ ROUNDING = 1e-6
 
 #: Mirrors of a loop that are looked at, the most exact ones: a flat circle has one at each edge.
 MOST_MIRRORS = 8
+
+
+#: Mirrors of a loop of which a fill is to follow each.
+BOTH = 2
 
 
 def find_mirrors(points: Floats, due: Int32Array) -> Int32Array:
@@ -66,17 +70,27 @@ def follow_mirrors(quads_at: Int32Array, mirrors: Int32Array) -> NDArray[np.bool
     return kept
 
 
-def is_mirrored(
+def count_followed(
     quads: Int32Array, n_vertices: int, n: int, key: bytes, mirrors: Int32Array
-) -> bool:
-    """Does a mirror map a fill with n loop vertices, whose key is given, onto itself?"""
+) -> int:
+    """Count the mirrors that map a fill with n loop vertices, whose key is given, onto itself."""
     at_loop = np.bincount(quads.ravel(), minlength=n)[None, :n].astype(np.int32)
+    count = 0
     for s in mirrors.tolist():
         if not follow_mirrors(at_loop, np.array([s], np.int32))[0]:
             continue
         image = np.where(quads < n, (s - quads) % n, quads)[:, ::-1].astype(np.int32)
         image = np.ascontiguousarray(image)
         twin, _ = weld_quads(image, n_vertices, n)
-        if hash_quads(image, twin, False) == key:
-            return True
-    return False
+        count += hash_quads(image, twin, False) == key
+    return count
+
+
+def lose_by_mirrors(n_mirrors: int, followed: int) -> float:
+    """Return what a fill loses in score that follows some of its loop's mirrors.
+
+    A loop with two, such as a slot's, is symmetric across two planes, and each counts. With more it
+    is round or a regular polygon; no fill follows all, and one is enough.
+    """
+    missed = n_mirrors - followed if n_mirrors <= BOTH else int(followed == 0)
+    return ASYMMETRIC * missed

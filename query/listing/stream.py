@@ -794,7 +794,8 @@ class _Sieve:
         self._passed.append(candidate)
         pattern = fill.pattern
         plain = pattern.chiral and pattern.rotations == 1 and not pattern.self_crossing
-        if candidate.may_repeat and (fill.strict or not plain):
+        # Constructed fills are read from their quads already.
+        if candidate.may_repeat and fill.origin != CONSTRUCTED and (fill.strict or not plain):
             return reread_fill(fill, q.boundary)
         return fill
 

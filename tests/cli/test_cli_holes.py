@@ -153,6 +153,19 @@ def test_strands_and_corners_as_asked(learned: Path) -> None:
     assert hole["fills"]
 
 
+def test_corners_that_no_fill_has_are_named(tmp_path: Path) -> None:
+    cube = tmp_path / "cube.obj"
+    points = [(x, y, z) for z in (0, 1) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    sides = [(4, 3, 2, 1), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8)]
+    lines = [f"v {x} {y} {z}" for x, y, z in points]
+    lines += [f"f {' '.join(map(str, side))}" for side in sides]
+    cube.write_text("\n".join((*lines, "")))
+    # Two corners next to each other belong to one quad, which is the whole lid.
+    result = run("holes", cube, "--loop", "4", "--corners", "4:1,5:1,6:1,7:2")
+    assert result.code == 1 and "--corners" in result.err and "fix fewer corners" in result.err
+    assert run("holes", cube, "--loop", "4", "--corners", "4:1,5:1,6:1,7:1").code == 0
+
+
 def test_batches_are_answered_line_by_line(learned: Path, tmp_path: Path) -> None:
     mesh = tmp_path / "head.obj"
     mesh.write_bytes(HEAD.read_bytes())

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import signal
 import subprocess
+import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -168,3 +169,41 @@ def test_ctrl_c_ends_a_command_that_draws(tmp_path: Path) -> None:
         signal.signal(signal.SIGINT, before)
     assert process.returncode == 130
     assert err.splitlines()[-1] == b"interrupted"
+
+
+def test_ctrl_c_while_the_program_is_loaded_is_no_traceback() -> None:
+    script = (
+        "import sys\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'patterndb_app.cli':\n"
+        "            raise KeyboardInterrupt\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        "from patterndb_app.__main__ import main\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False)
+    assert done.returncode == 130
+    assert done.stderr.split() == [b"interrupted"]
+
+
+def test_ctrl_c_that_a_callback_drops_is_raised_again() -> None:
+    script = (
+        "import ctypes, sys, time\n"
+        "def interrupt():\n"
+        "    raise KeyboardInterrupt\n"
+        "class Interrupts:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name == 'patterndb_app.cli.listing':\n"
+        "            ctypes.CFUNCTYPE(None)(interrupt)()\n"
+        "            for _ in range(500):\n"
+        "                time.sleep(0.01)\n"
+        "sys.meta_path.insert(0, Interrupts())\n"
+        "from patterndb_app.__main__ import main\n"
+        "sys.argv = ['patterndb', 'list', '--limit', '1']\n"
+        "main()\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False)
+    # Python ends by the signal itself where it came while a module was loaded.
+    assert done.returncode in (130, -signal.SIGINT)
+    assert done.stderr.split() == [b"interrupted"] and not done.stdout

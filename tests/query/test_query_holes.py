@@ -40,7 +40,7 @@ from query.holes.ranking import NAMES, tame_numbers
 from query.holes.rim import HoleRim
 from query.holes.shape import PlacedFill, count_flipped, mend_fill
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
-from query.holes.symmetry import find_mirrors, follow_mirrors, is_mirrored
+from query.holes.symmetry import count_followed, find_mirrors, follow_mirrors
 from query.holes.trees import TreeModel
 from query.holes.twin import find_rest, prepare_twins
 from query.identity import hash_quads, weld_quads
@@ -510,7 +510,7 @@ def test_fills_across_the_plane_of_symmetry_follow_it(source: PatternSource) -> 
     mirrors = find_mirrors(hole.points, around.due)
     assert len(mirrors) == 1
     fills = list(fill_holes(source, hole, limit=5))
-    assert is_mirrored(
+    assert count_followed(
         fills[0].local, len(hole) + len(fills[0].points), len(hole), hash_of(fills[0]), mirrors
     )
 

@@ -20,19 +20,16 @@ from hypothesis import strategies as st
 from retopo_cases import sphere
 
 from patterndb_sketch.retopo.counts import choosing
-from patterndb_sketch.retopo.draft import byparts, handles, proposing
+from patterndb_sketch.retopo.draft import byparts, handles, layout, proposing
+from patterndb_sketch.retopo.draft.checking import check_ground
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import (
-    DraftBudget,
-    DraftTask,
-    ProposedDraft,
-    check_ground,
-)
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.task import DraftBudget, DraftTask
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
     AT_LINE,
@@ -265,7 +262,8 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     ground = sphere()
     work = Editor(ground, source)
     for edge in (float(low), float(high)):
-        draft._read_goal(work, {"edge": edge, "quads": None, "sharp": "none"})  # type: ignore[arg-type]
+        wish = {"edge": edge, "quads": None, "sharp": "none", "strict": False}
+        draft._read_goal(work, wish)  # type: ignore[arg-type]
 
 
 def touching_balls(pinch: int) -> Ground:
@@ -470,7 +468,7 @@ def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> 
     empty = Network(longest=2.0 * ground.diagonal, ground=ground)
     needle = CrossField(field.mesh, field.angle, field.quarters, index)
     with pytest.raises(RefusedError, match="fewer than two lines") as refused:
-        proposing.draft_network(empty, ground, sizes, proposing.SETTINGS[0], needle)
+        layout.draft_network(empty, ground, sizes, proposing.SETTINGS[0], needle)
     assert format_place(field.mesh.vertices[one]) in str(refused.value)
 
 

@@ -13,6 +13,7 @@ from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
@@ -81,6 +82,23 @@ def test_what_is_drawn_stays_and_the_rest_is_filled(
     assert max(made.to_ground, made.from_ground) < 0.02
     do(editor, "undo")
     assert editor.network is before or len(editor.network.chains) == len(before.chains)
+
+
+def test_patches_whose_borders_are_cut_are_not_fitted(source: PatternSource) -> None:
+    """Lines end on their borders, so that they have other ids; their quads stay as placed."""
+    editor = Editor(sphere(), source)
+    for call in (LOOP, LOWER, RING):
+        assert editor.do(call).changed
+    editor.fill()
+    before = editor.network
+    do(editor, "draft", edge=EDGE)
+    after = editor.fill().network
+    assert before.patches.keys() - after.patches.keys()
+    corners = [corners_of(before, patch) for patch in before.patches]
+    kept = [patch for patch in after.patches if corners_of(after, patch) in corners]
+    assert len(kept) == len(before.patches)
+    held = {patch: bool(filling_of(after.patches[patch]).moved[0]) for patch in after.patches}
+    assert held == {patch: patch not in kept for patch in after.patches}
 
 
 def test_quads_have_edges_along_a_stroke_from_end_to_end(source: PatternSource) -> None:

@@ -15,8 +15,10 @@ from patterndb_sketch.retopo.draft.crossfield import solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_ground
 from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import REMESHED, SETTINGS, draft_network
+from patterndb_sketch.retopo.draft.layout import draft_network
+from patterndb_sketch.retopo.draft.proposing import SETTINGS
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.task import REMESHED
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,

@@ -20,12 +20,7 @@ from patterndb_sketch.retopo.draft.byparts import PartsDraft
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
 from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import (
-    DraftGoal,
-    DraftTask,
-    ProposedDraft,
-    propose_draft,
-)
+from patterndb_sketch.retopo.draft.proposing import WRONG, ProposedDraft, propose_draft
 from patterndb_sketch.retopo.draft.shapematching import match_squares
 from patterndb_sketch.retopo.draft.sharpedges import (
     AUTOMATIC,
@@ -36,10 +31,12 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     find_sharp_edges,
     list_chains,
 )
+from patterndb_sketch.retopo.draft.task import DraftGoal, DraftTask
 from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders, check_network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -79,6 +76,32 @@ def test_smooth_and_rough_surfaces_have_none_and_an_angle_takes_them_all() -> No
     rough = Ground.of(noise * ball.vertices, ball.faces)
     few, every = (find_sharp_edges(rough, 0.1, rule) for rule in (AUTOMATIC, SharpRule.above(40)))
     assert length_of(rough, few) < 0.05 * length_of(rough, every)
+
+
+@pytest.mark.parametrize("gap", [0.02, 0.1, 0.5])
+def test_narrow_steps_of_a_machined_body_are_no_roughness(gap: float) -> None:
+    """Its long edges meet short sharp ones at their ends."""
+    outline = [(0, 0), (4, 0), (4, 2), (2 + gap, 2), (2 + gap, 2 - gap), (2, 2 - gap), (2, 2)]
+    outline += [(1, 2), (1, 2 + gap), (0, 2 + gap)]
+    n = len(outline)
+    points = np.array([(x, y, z) for z in (0.0, 3.0) for x, y in outline])
+    walls = [(a, (a + 1) % n, (a + 1) % n + n, a + n) for a in range(n)]
+    sides = [t for a, b, c, d in walls for t in ((a, b, c), (a, c, d))]
+    caps = [(0, 1, 5), (1, 2, 3), (1, 3, 4), (1, 4, 5), (0, 5, 6), (0, 6, 7), (0, 7, 8), (0, 8, 9)]
+    top = [(a + n, b + n, c + n) for a, b, c in caps]
+    body = Ground.of(points, np.array([*sides, *(t[::-1] for t in caps), *top]))
+    around = float(np.linalg.norm(np.diff([*outline, outline[0]], axis=0), axis=1).sum())
+    assert length_of(body, find_sharp_edges(body, 0.2)) == pytest.approx(2.0 * around + 3.0 * n)
+
+
+def test_edges_with_the_same_ends_are_all_looked_at() -> None:
+    # Two tetrahedra that share an edge.
+    points = np.array([(0, 0, 0), (0, 0, 1), (1, 0, 0.5), (0.4, 0.8, 0.5), (-1, 0, 0.5)], float)
+    points = np.concatenate([points, [(-0.4, -0.8, 0.5)]])
+    one = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
+    two = [(0, 4, 1), (0, 1, 5), (0, 5, 4), (1, 4, 5)]
+    edges = find_sharp_edges(Ground.of(points, np.array([*one, *two])), 0.1)
+    assert len(edges) >= 10
 
 
 def test_a_crease_continues_where_it_fades() -> None:
@@ -300,6 +323,31 @@ def ground_corners(ground: Ground, x: float) -> Points:
     return ground.vertices[[v for v, n in degrees.items() if n == 3]] + np.array([x, 0.0, 0.0])
 
 
+@pytest.mark.parametrize("strict", [True, False])
+@pytest.mark.parametrize("off", [0.01, 0.1])
+def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
+    off: float, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ground = box()
+    propose = byparts.propose_draft
+
+    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+        made = propose(task, *more)
+        if task.goal.sharp is None:
+            return made
+        return replace(made, rank=(0, 0, 1, off, *made.rank[WRONG:]), flaws=("a flaw",))
+
+    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    editor = Editor(ground, source)
+    outcome = editor.do(Call("draft", {"quads": 200, "symmetry": False, "strict": strict}))
+    assert outcome.changed
+    at = editor.mesh(editor.fill()).vertices
+    away = [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(ground, 0.0)]
+    kept = off < 0.05 and not strict
+    assert (max(away) < 1e-9) == kept and ("a flaw" in outcome.notes) == kept
+    assert any("not all kept" in note for note in outcome.notes) != kept
+
+
 @pytest.mark.parametrize("poor", ["half", "both", "none"])
 def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_better(
     poor: str, source: PatternSource, monkeypatch: pytest.MonkeyPatch
@@ -325,6 +373,20 @@ def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_
             "not by halves, though the surface is symmetric: there would be 50 poor quads at (7, "
         )
         assert any(note.startswith(said) for note in outcome.notes)
+
+
+def test_single_quads_between_corners_are_held_where_they_are(source: PatternSource) -> None:
+    """Else they may be lost when the network is filled again: around handles, on thin parts."""
+    ground = box()
+    sizes = replace(Sizes.of(ground.diagonal), edge=1.0)
+    goal = DraftGoal(quad=3.0, sharp=AUTOMATIC)
+    found = propose_draft(DraftTask(Network(ground=ground), ground, sizes, source, goal=goal)).found
+    single = [p for p, placed in found.placed.items() if len(placed.quads) == 1]
+    assert len(single) == 6
+    for patch in single:
+        which, at = filling_of(found.network.patches[patch]).moved_vertices
+        assert which.tolist() == [0, 1, 2, 3]
+        assert np.array_equal(at, found.placed[patch].vertices)
 
 
 def test_what_is_open_or_tangled_is_a_flaw_with_its_place(source: PatternSource) -> None:

@@ -139,6 +139,24 @@ class TestExactStaysExact:
             ends = np.stack([walk[0][0], walk[-1][-1]])
             assert np.abs(ends - line[[0, -1]]).max() <= EXACT * diagonal
 
+    @settings(deadline=None, max_examples=20)
+    @given(SEEDS)
+    def test_smooth_curves_with_exact_ends_meet_between_their_samples(self, seed: int) -> None:
+        chance = np.random.default_rng(seed)
+
+        def bulge(u: Points, v: Points) -> Points:
+            height = 0.35 * np.exp(-(((v - 0.5) / 0.2) ** 2)) * np.sin(np.pi * u)
+            return np.stack([2 * u, 1.2 * v, height], axis=1)
+
+        drawn: list[Points] = []
+        for k in range(5):
+            shares = np.linspace(0, 1, int(chance.integers(45, 80)))
+            drawn += [bulge(shares, np.full_like(shares, k / 4))]
+            shares = np.linspace(0, 1, int(chance.integers(45, 80)))
+            drawn += [bulge(np.full_like(shares, k / 4), shares)]
+        network = join_polylines(drawn).network
+        assert (len(network.nodes), len(network.curves)) == (25, 40)
+
     def test_an_exact_edge_stays_where_a_longer_stroke_runs_along_it(self) -> None:
         square = [[[0, 0, 0], [1, 0, 0]], [[1, 0, 0], [1, 1, 0]]]
         square += [[[1, 1, 0], [0, 1, 0]], [[0, 1, 0], [0, 0, 0]]]
@@ -213,6 +231,36 @@ class TestJoinedByDefault:
         assert (len(result.network.nodes), len(result.network.curves)) == (12, 16)
         assert result.loose == ()
         assert all(join.gap <= 4 * off for join in result.joins)
+
+    @pytest.mark.parametrize("shift", range(0, 64, 9))
+    def test_strokes_that_overshoot_a_ring_and_cross_meet_it_wherever_it_begins(
+        self, shift: int
+    ) -> None:
+        turns = 2 * np.pi * (np.arange(65) + shift) / 64
+        ring = 0.999 * np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1)
+        ring[-1] = ring[0]
+        across = np.array([[2, 0, 0], [1, 0, 0], [0.995, 0, 0]], float)
+        upright = np.array([[1, 0, 1], [1, 0, 0], [1, 0, -0.004]], float)
+        network = join_polylines([ring, across, upright], ["ring", "across", "upright"]).network
+        ends = [node for curve in network.curves for node in curve.nodes]
+        assert sorted(ends.count(node) for node in set(ends)) == [1, 1, 4]
+        assert sorted(curve.id for curve in network.curves) == ["across", "ring", "upright"]
+
+    @pytest.mark.parametrize("begins", [-2.0, -1.2, 0.0, 0.7, 2.1, 90.0])
+    def test_circles_drawn_a_little_too_near_meet_once_wherever_they_begin(
+        self, begins: float
+    ) -> None:
+        rings: list[Points] = []
+        for radius, height, turn in ((0.5, 0.0, 3.0), (0.3, 0.7995, np.radians(begins - 90))):
+            turns = 2 * np.pi * np.arange(61) / 60 + turn
+            ring = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=1) * radius
+            ring[-1] = ring[0]
+            rings.append(ring + np.array([0.0, height, 0.0]))
+        network = join_polylines(rings).network
+        assert sorted((curve.id, curve.nodes) for curve in network.curves) == [
+            (0, (0, 0)),
+            (1, (0, 0)),
+        ]
 
     def test_joins_and_loose_ends_are_reported_with_their_distances(self) -> None:
         rail = [[0, 0, 0], [4, 0, 0]]

@@ -120,8 +120,8 @@ class TestLeftAlone:
     def test_straight_lines(self) -> None:
         lines = [np.array([[0.0, 0, 0], [1, 0, 0]]), np.array([[0.5, -1, 1e-3], [0.5, 1, 1e-3]])]
         packed = pack_curves(lines)
-        put = find_settled_curves(packed, 1e-6)[1]
-        joined = join_smooth_crossings(packed, put, 1e-6)
+        settled, put = find_settled_curves(packed, 1e-6)
+        joined = join_smooth_crossings(packed, settled, put, 1e-6)
         assert all(map(np.array_equal, joined, lines))
         assert len(join_polylines(lines, tolerance=0.0).network.curves) == 2
 

@@ -4,9 +4,12 @@ The surface is remeshed evenly, a smooth cross field laid on it, and the field's
 until they meet: they cut the surface into four-sided regions, which become patches. What stands
 where:
 
-Read :mod:`.proposing`, which is all of it, then its steps: :mod:`.remesh`, :mod:`.fieldmesh`,
-:mod:`.crossfield` (the field and its singularities), :mod:`.tracing` (separatrices), :mod:`.arcs`
+Read :mod:`.task` (what is asked for) and :mod:`.proposing`, which is all of it, then its steps:
+:mod:`.checking` (surfaces that are refused), :mod:`.remesh`, :mod:`.fieldmesh`, :mod:`.creases`,
+:mod:`.crossfield` (the field and its singularities), :mod:`.layout` (all lines of a field),
+:mod:`.seeds` (further places that lines begin at), :mod:`.tracing` (separatrices), :mod:`.arcs`
 (those between singularities), :mod:`.walls` (borders and the seam of symmetry), :mod:`.assembly`
-(lines as a network), :mod:`.fitting` (its quads are fitted to the surface) and :mod:`.judging`
-(what is wrong with them, and refused). :mod:`.refitting` fits again what later edits fill anew.
+(lines as a network), :mod:`.drafted` (counts and the price of a layout), :mod:`.fitting` (its quads
+are fitted to the surface) and :mod:`.judging` (what is wrong with them). :mod:`.byparts` drafts
+part by part, and :mod:`.refitting` fits what later edits fill again.
 """

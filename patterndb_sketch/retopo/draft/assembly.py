@@ -112,7 +112,7 @@ BEYOND = 1e6
 class NetworkBuilder:
     """The steps of laying lines, which need the same things; :meth:`build` takes them all.
 
-    laid: the chains that lines became.
+    laid: the chains that lines became. kept: the patches that were there, by their ids now.
     """
 
     def __init__(
@@ -129,6 +129,7 @@ class NetworkBuilder:
         self.sizes = sizes
         self.lines = lines
         self.laid: set[int] = set()
+        self.kept: frozenset[int] = frozenset()
         self.junctions: dict[Key, _Junction] = {}
         self.walls: dict[tuple[int, float], int] = {}
         self.marked_corners = [at for at in corners if isinstance(at, OnWall)]
@@ -185,7 +186,11 @@ class NetworkBuilder:
         for k in range(len(self.lines)):
             self._lay(k)
         self._set_nodes()
-        return self._finish()
+        made = self._finish()
+        owner = made.patch_of()
+        before = self.opened.before.patches.values()
+        self.kept = frozenset(owner[self.opened.half_now(patch.loop[0])] for patch in before)
+        return made
 
     def _add_junction(self, key: Key, point: Points, normal: Points, through: bool = False) -> None:
         if key in self.junctions:

@@ -17,25 +17,16 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points, units
 from patterndb.system.underway import told_underway
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
+from patterndb_sketch.retopo.draft.checking import LEAST_EDGE, LaceError
 from patterndb_sketch.retopo.draft.creases import find_creases
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
-from patterndb_sketch.retopo.draft.proposing import (
-    LEAST_EDGE,
-    MOST_IN_VAIN,
-    TRIED,
-    WRONG,
-    DraftBudget,
-    DraftGoal,
-    DraftTask,
-    LaceError,
-    ProposedDraft,
-    propose_draft,
-)
+from patterndb_sketch.retopo.draft.proposing import TRIED, WRONG, ProposedDraft, propose_draft
 from patterndb_sketch.retopo.draft.sharpedges import (
     drop_open_chains,
     find_border,
     find_sharp_edges,
 )
+from patterndb_sketch.retopo.draft.task import MOST_IN_VAIN, DraftBudget, DraftGoal, DraftTask
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -238,7 +229,7 @@ def _propose_by_creases(
             notes.append(f"sharp edges are not all kept: {error}")
             continue
         one = replace(one, notes=(*notes, *one.notes), creased=not notes)
-        if one.made.sound:
+        if one.made.sound or (one.made.nearly_sound and not goal.strict):
             return one
         tried.append(one)
         notes.append(f"sharp edges are not all kept: there would be {'; '.join(one.made.flaws)}")

@@ -63,7 +63,8 @@ HALVINGS, HOLDS = 3, 5
 #: No vertex goes further, in target edges, where quads are untangled.
 LONGEST_LEAP = 1.0
 
-#: Times that all is done, until no quad is flipped: some tangles open once the others have.
+#: Times that all is done, until no quad is flipped or no fewer are than the time before: some
+#: tangles open once the others have.
 FITTINGS = 3
 
 #: Times that flipped quads are untangled and projected.
@@ -89,15 +90,18 @@ def fit_quads(
     stay where they were placed.
     """
     fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
-    if not fit.free.any():
+    if not fit.free.any() and found.placed.keys() <= fit.kept:
         return found
+    before = len(fit.mesh.quads)
     for _ in range(FITTINGS):
         fit.shape()
         fit.open_tangles()
         fit.run()
         fit.open_tangles()
-        if not fit.count_flipped():
+        left = fit.count_flipped()
+        if not left or left >= before:
             break
+        before = left
     return fit.finish()
 
 
@@ -355,12 +359,15 @@ class _Fit:
         network = replace(network, nodes=nodes, chains=chains)
         moved: list[int] = []
         for patch, number in self.number.items():
-            if not self.free[number].any():
-                continue
             filling = filling_of(network.patches[patch])
             assert filling.choice is not None
+            # A single quad between corners, of which no vertex is free, is held, too: placed again
+            # by itself it may be refused.
             inner = number[filling.choice.perimeter :]
-            if patch not in self.kept and self.free[inner].all():
+            held_here = patch not in self.kept and self.free[inner].all()
+            if not (held_here or self.free[number].any()):
+                continue
+            if held_here:
                 held = filling.with_moved(np.arange(len(number)), self.at[number])
                 network = set_choice(network, patch, held)
             moved.append(patch)

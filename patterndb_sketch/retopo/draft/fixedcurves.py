@@ -113,9 +113,6 @@ def find_fixed_curves(
     laid: ids of the chains that may move. kept: patches whose vertices stay, on their borders, too.
     list_along: gives the mesh's vertices along a chain, none where no patch has quads.
     """
-    if any(patch not in network.patches for patch in kept):
-        # A line that ends on the border of a kept patch cut it, and the patch has another name.
-        return []
     still = {half >> 1 for patch in kept for half in network.patches[patch].loop}
     fixed = {
         c: chain

@@ -26,9 +26,11 @@ SHARP, CONTINUED = 40.0, 25.0
 #: it that are not sharp, which counts as ROUGH degrees at least, or if it is above CLEAR degrees.
 CONTRAST, ROUGH, CLEAR = 4.0, 8.0, 65.0
 
-#: Nor is it kept if that is below so many times the median of all other edges next to it that are
-#: shorter than a target edge: there the surface is rough at the scale of its triangles.
-CLEARLY = 3.0
+#: Nor is a chain of edges shorter than a target edge kept if that is below CLEARLY times the median
+#: of all other such edges next to it: there the surface is rough at the scale of its triangles. At
+#: least FEWEST_SMALL of them for each of its vertices are next to it then: a crease of a machined
+#: body meets a few short ones at its ends.
+CLEARLY, FEWEST_SMALL = 3.0, 3
 
 #: A chain is noise if it is shorter than this, in target edges: with one open end; with two, and
 #: components as a whole; closed. From border to border it is half a closed one, as of a surface
@@ -220,22 +222,27 @@ def _find_rough(
     on_chain[list(count_degrees(sharp))] = True
     near = on_chain[ends].any(axis=1)
     ends, angle = ends[near], angle[near]
-    short = np.linalg.norm(at[ends[:, 0]] - at[ends[:, 1]], axis=1) < edge
-    of = dict(zip(map(tuple, ends.tolist()), angle.tolist(), strict=True))
-    beside: dict[int, list[tuple[Edge, bool]]] = {}
-    for pair, is_short in zip(of, short.tolist(), strict=True):
+    pairs = [(a, b) for a, b in ends.tolist()]
+    # Of edges with the same ends the last counts.
+    of = dict(zip(pairs, angle.tolist(), strict=True))
+    length = np.linalg.norm(at[ends[:, 0]] - at[ends[:, 1]], axis=1)
+    short = dict(zip(pairs, (length < edge).tolist(), strict=True))
+    beside: dict[int, list[Edge]] = {}
+    for pair in of:
         for vertex in pair:
-            beside.setdefault(vertex, []).append((pair, is_short))
+            beside.setdefault(vertex, []).append(pair)
     rough: set[Edge] = set()
     for chain in list_chains(sharp):
         own = set(_edges_of(chain))
         median = float(np.median([of[pair] for pair in own]))
-        around = {pair: is_short for v in chain for pair, is_short in beside[v] if pair not in own}
+        around = {pair for v in chain for pair in beside[v]} - own
         blunt = [of[pair] for pair in around if pair not in sharp]
-        small = [of[pair] for pair, is_short in around.items() if is_short]
+        fine = 2 * sum(short[pair] for pair in own) > len(own)
+        small = [of[pair] for pair in around if short[pair]] if fine else []
         usual = float(np.percentile(blunt, 75)) if blunt else 0.0
         unclear = median < CLEAR and median < CONTRAST * max(usual, ROUGH)
-        if unclear or (small and median < CLEARLY * float(np.median(small))):
+        many = len(small) >= FEWEST_SMALL * len(chain)
+        if unclear or (many and median < CLEARLY * float(np.median(small))):
             rough.update(own)
     return rough
 

@@ -20,17 +20,17 @@ from patterndb_sketch.retopo.draft.byparts import (
     fill_as_placed,
     propose_by_parts,
 )
+from patterndb_sketch.retopo.draft.checking import LEAST_EDGE
 from patterndb_sketch.retopo.draft.judging import POOR_QUAD, DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import (
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft
+from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
+from patterndb_sketch.retopo.draft.task import (
     IN_VAIN_BY_HALVES,
-    LEAST_EDGE,
     DraftBudget,
     DraftGoal,
     DraftTask,
-    ProposedDraft,
 )
-from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import GroundParts
@@ -110,7 +110,8 @@ def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
     state = replace(state, sizes=replace(state.sizes, edge=edge))
     sharp = a["sharp"]
     rules = {"auto": AUTOMATIC, "none": None}
-    return state, DraftGoal(quad, rules[sharp] if sharp in rules else SharpRule.above(sharp))
+    rule = rules[sharp] if sharp in rules else SharpRule.above(sharp)
+    return state, DraftGoal(quad, rule, strict=a["strict"])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,21 +135,14 @@ class _Drafting:
             return whole if why is None else _give_up_halves(whole, why)
         made = halves.made
         poor = len(made.poor) > POOR_HALF * made.report.quads / 1000.0
-        if made.sound and halves.creased and not poor:
+        sound = made.sound or (made.nearly_sound and not goal.strict)
+        if sound and halves.creased and not poor:
             return halves
         try:
             whole = self._draft_all(goal)
         except RefusedError:
             return halves
-        if made.sound != whole.made.sound:
-            better = whole.made.sound
-        elif not made.sound:
-            better = whole.made.rank < made.rank
-        elif halves.creased != whole.creased:
-            better = whole.creased
-        else:
-            better = whole.made.price < made.price
-        if not better:
+        if not _is_better(whole, halves, goal):
             return halves
         if not made.sound:
             lost = f"there would be {'; '.join(made.flaws)}"
@@ -209,6 +203,21 @@ class _Drafting:
                 raise
             whole = self._draft_all(goal)
             return _fill_touching(self.work, _give_up_halves(whole, str(error)))
+
+
+def _is_better(one: _MadeDraft, other: _MadeDraft, goal: DraftGoal) -> bool:
+    """Is one draft better than another? A few flaws cost less than sharp edges do."""
+    if not goal.strict and one.made.nearly_sound != other.made.nearly_sound:
+        return one.made.nearly_sound
+    if not goal.strict and one.made.nearly_sound and one.creased != other.creased:
+        return one.creased
+    if one.made.sound != other.made.sound:
+        return one.made.sound
+    if not one.made.sound:
+        return one.made.rank < other.made.rank
+    if one.creased != other.creased:
+        return one.creased
+    return one.made.price < other.made.price
 
 
 def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:

@@ -399,7 +399,7 @@ def _find_cuts(
     """Find where curves meet: exactly, then within a tolerance."""
     drawn = pack_curves(lines)
     settled, put = find_settled_curves(drawn, exact)
-    followed = follow_curves(join_smooth_crossings(drawn, put, exact), exact, diagonal)
+    followed = follow_curves(join_smooth_crossings(drawn, settled, put, exact), exact, diagonal)
     curves, fixed = followed.curves, followed.exact
     if tolerance is None:
         survey = survey_drawing(followed, settled, exact, diagonal)
@@ -437,6 +437,7 @@ def _rate_exact_joins(
     to.
     """
     has_end = curves.is_open_end(fixed.curves, fixed.lengths).any(axis=1)
+    has_end &= ~curves.is_seam(fixed.curves, fixed.lengths)
     placed = (survey.placed & ~curves.closed)[fixed.curves].all(axis=1)
     firm = (has_end | placed) & ~is_on_duplicate(fixed, duplicates)
     if len(put) and len(fixed):

@@ -506,6 +506,23 @@ def find_nearest_on_edge(points: Points, vertex: int, edge: int) -> tuple[float,
 
 
 @kernel
+def measure_distance_to_edge(points: Points, edge: int, place: Points) -> float:
+    """Measure how far a place (3,) is from an edge."""
+    along = 0.0
+    square = 0.0
+    for d in range(3):
+        step = points[edge + 1, d] - points[edge, d]
+        along += step * (place[d] - points[edge, d])
+        square += step * step
+    share = min(1.0, max(0.0, along / square)) if square > 0.0 else 0.0
+    gap = 0.0
+    for d in range(3):
+        at = points[edge, d] + share * (points[edge + 1, d] - points[edge, d])
+        gap += (place[d] - at) ** 2
+    return math.sqrt(gap)
+
+
+@kernel
 def find_nearest_of_edges(
     points: Points, first: int, second: int, margin: float
 ) -> tuple[float, float, float]:

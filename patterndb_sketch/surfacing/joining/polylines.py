@@ -183,6 +183,11 @@ class PackedCurves:
         """Which places at arc lengths of curves are an end of a curve that is not closed."""
         return ((lengths == 0.0) | (lengths == self.lasts[curves])) & ~self.closed[curves]
 
+    def is_seam(self, curves: Int64Array, lengths: Floats) -> NDArray[np.bool_]:
+        """Which pairs of places (m, 2) are both ends of one curve: where it is closed."""
+        at_ends = (lengths.min(axis=1) == 0.0) & (lengths.max(axis=1) == self.lasts[curves[:, 0]])
+        return at_ends & (curves[:, 0] == curves[:, 1])
+
     def find_nearest(
         self, curve: int, place: Points, within: tuple[float, float]
     ) -> tuple[float, float]:

@@ -32,7 +32,7 @@ EASE = 1.5
 
 #: Guessed curves meet if they come as near to each other as this share of their sagittas: of an
 #: arc sampled every 20 degrees the guess is off by 0.01 of it. Beside ends and corners, where the
-#: second derivative is that of the next sample, END_FIT.
+#: second derivative is that of the next sample, and of two curves that are drawn exactly, END_FIT.
 FIT = 0.05
 END_FIT = 0.3
 
@@ -73,23 +73,21 @@ class _Place:
     point: tuple[float, float, float]
 
 
-def join_smooth_crossings(packed: PackedCurves, put: Joins, tolerance: float) -> list[Points]:
+def join_smooth_crossings(
+    packed: PackedCurves, settled: NDArray[np.bool_], put: Joins, tolerance: float
+) -> list[Points]:
     """Give polylines (k, 3) a point in common where the smooth curves that they stand for meet.
 
-    put: where curves were put as they were drawn; nothing moves these places. tolerance: polylines
-    that are no further apart meet as they are. Polylines keep their ends, except those that are
-    moved onto another's.
+    settled: (c,) curves that are drawn exactly. put: where curves were put as they were drawn;
+    nothing moves these places. tolerance: polylines that are no further apart meet as they are.
+    Polylines keep their ends, except those that are moved onto another's.
     """
     lines = packed.split()
     guessed = guess_curves(packed)
     greatest = 2.0 * EASE * float(guessed.sagitta.max())
     if greatest <= tolerance:
         return lines
-    # Closed curves begin anywhere: that one meets itself there holds nothing.
-    at_seam = (np.diff(put.curves)[:, 0] == 0) & (put.lengths.min(axis=1) == 0.0)
-    at_seam &= put.lengths.max(axis=1) == packed.lasts[put.curves[:, 0]]
-    put = put.take(~at_seam)
-    meetings = _find_meetings(packed, guessed, tolerance)
+    meetings = _find_meetings(packed, guessed, settled, tolerance)
     places = _list_places(packed, meetings, put, tolerance)
     # What is held at both places is there on purpose, and not here.
     both = [a.held and b.held for a, b in zip(places[::2], places[1::2], strict=True)]
@@ -107,6 +105,14 @@ def join_smooth_crossings(packed: PackedCurves, put: Joins, tolerance: float) ->
     groups: dict[int, list[int]] = {}
     for k, group in enumerate(group_of):
         groups.setdefault(group, []).append(k)
+    # Of two curves that are drawn exactly, both come to where they meet.
+    both_settled = settled[packed.curve_of[meetings.pairs]].all(axis=1)
+    points = np.array([place.point for place in places]).reshape(-1, 2, 3)
+    off = np.linalg.norm(points - meetings.points, axis=2).max(axis=1)
+    eases = (
+        np.where(both_settled, END_FIT * guessed.sagitta[meetings.pairs].sum(axis=1) + off, 0.0)
+        + tolerance
+    )
     was_put = np.zeros(len(packed), bool)
     was_put[put.curves] = True
     moved: dict[int, list[tuple[_Place, Points]]] = {}
@@ -114,8 +120,9 @@ def join_smooth_crossings(packed: PackedCurves, put: Joins, tolerance: float) ->
         held = [places[k] for k in groups[group] if places[k].held]
         met = [places[k] for k in groups[group] if exact[k // 2]]
         point = _choose_point(packed, held or met or [places[k] for k in groups[group]])
-        for place in dict.fromkeys(places[k] for k in groups[group]):
-            near = wide[packed.starts[place.curve] + place.edge] + tolerance
+        for k in {places[k]: k for k in groups[group]}.values():
+            place = places[k]
+            near = wide[packed.starts[place.curve] + place.edge] + eases[k // 2]
             away = float(np.linalg.norm(point - place.point))
             # What was put somewhere does not come to where a careless curve meets others.
             if not place.held and (away <= near or not was_put[place.curve]):
@@ -159,7 +166,9 @@ class _Meetings:
         )
 
 
-def _find_meetings(packed: PackedCurves, curves: GuessedCurves, tolerance: float) -> _Meetings:
+def _find_meetings(
+    packed: PackedCurves, curves: GuessedCurves, settled: NDArray[np.bool_], tolerance: float
+) -> _Meetings:
     """Find where guessed curves or their polylines meet, each place once."""
     points, starts, curve_of = packed.points, packed.starts, packed.curve_of
     boxes = np.maximum(EASE * curves.sagitta, tolerance / 2)
@@ -169,7 +178,11 @@ def _find_meetings(packed: PackedCurves, curves: GuessedCurves, tolerance: float
     pairs, shares, gaps = pairs[~own], shares[~own], gaps[~own]
     exact = gaps <= tolerance
     nearer, guessed, places = _approach(curves, pairs, shares)
-    meets = exact | (guessed <= curves.fit[pairs].sum(axis=1) + tolerance)
+    # Curves that are drawn exactly do not miss each other by so little on purpose.
+    both_settled = settled[curve_of[pairs]].all(axis=1)
+    usual, most_off = (of_edge[pairs].sum(axis=1) for of_edge in (curves.fit, curves.sagitta))
+    fit = np.where(both_settled, END_FIT * most_off, usual)
+    meets = exact | (guessed <= fit + tolerance)
     # Where polylines run along each other there is no one place.
     meets &= _may_cross(points, starts, curve_of, pairs, np.where(exact[:, None], shares, nearer))
     straight = points[pairs] + shares[..., None] * (points[pairs + 1] - points[pairs])

@@ -10,9 +10,14 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Floats
+from patterndb.geometry.points import Floats, Points
+from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.joining.following import FollowedCurves
-from patterndb_sketch.surfacing.joining.meetings import Joins, find_joins
+from patterndb_sketch.surfacing.joining.meetings import (
+    Joins,
+    find_joins,
+    measure_distance_to_edge,
+)
 from patterndb_sketch.surfacing.joining.polylines import PackedCurves
 
 #: Curves meet within this share of the diagonal in every drawing, and in none beyond MOST.
@@ -93,17 +98,18 @@ def survey_drawing(
     """Find how far apart curves may be and still meet, by what most of them miss by."""
     curves, fixed = followed.curves, followed.exact
     least, most = max(LEAST * diagonal, exact), max(MOST * diagonal, exact)
-    far = find_approaches(curves, np.full(len(curves), most), settled)
     near = find_approaches(curves, np.full(len(curves), least), settled)
     limits = np.maximum(SHARE_OF_SPACING * measure_spacing(curves, near, fixed, least), exact)
     for_ends = least
-    gaps = measure_end_gaps(curves, far.append(fixed), most)
-    if (gaps > least).sum() > COARSE * len(gaps):
-        for_ends = min(MARGIN * float(np.quantile(gaps, QUANTILE)), most)
-    for _ in range(ROUNDS):
-        for_ends, wider = _widen(gaps, EASE_ENDS, for_ends, least, most)
-        if not wider:
-            break
+    if has_loose_ends(curves, fixed):
+        far = find_approaches(curves, np.full(len(curves), most), settled)
+        gaps = measure_end_gaps(curves, far.append(fixed), most)
+        if (gaps > least).sum() > COARSE * len(gaps):
+            for_ends = min(MARGIN * float(np.quantile(gaps, QUANTILE)), most)
+        for _ in range(ROUNDS):
+            for_ends, wider = _widen(gaps, EASE_ENDS, for_ends, least, most)
+            if not wider:
+                break
     for_crossings = least
     for _ in range(ROUNDS):
         gaps = _measure_crossing_gaps(curves, near)
@@ -148,43 +154,112 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
     reaches: (c,) for every curve. settled: (c,) curves that are not compared with each other.
     """
     joins = find_joins(curves, reaches, settled)
-    seams = (joins.lengths == 0.0) | (joins.lengths == curves.lasts[joins.curves])
-    seams &= curves.closed[joins.curves]
-    at_seam = np.flatnonzero(seams.any(axis=1))
-    if not len(at_seam):
+    lasts = curves.lasts[joins.curves]
+    ways = np.minimum(joins.lengths, lasts - joins.lengths)
+    alone = np.bincount(joins.meetings)[joins.meetings] == 1
+    # A meeting of several joins has one at the seam if it goes on there.
+    beside = curves.closed[joins.curves] & (ways <= NEAR_SEAM * lasts)
+    alone &= joins.curves[:, 0] != joins.curves[:, 1]
+    beside &= alone[:, None] | (ways == 0.0)
+    some = np.flatnonzero(beside.any(axis=1))
+    if not len(some):
         return joins
     pair = joins.curves[:, 0] * len(curves) + joins.curves[:, 1]
     by_pair = np.argsort(pair, kind="stable")
-    begin = np.searchsorted(pair[by_pair], pair[at_seam])
-    end = np.searchsorted(pair[by_pair], pair[at_seam], side="right")
-    dropped: set[int] = set()
-    for k, a, b in zip(at_seam.tolist(), begin.tolist(), end.tolist(), strict=True):
-        others = [m for m in by_pair[a:b].tolist() if m != k and m not in dropped]
-        if any(
-            _goes_on_at(curves, joins, k, m, side, reaches)
-            for m in others
-            for side in range(2)
-            if seams[k, side]
-        ):
-            dropped.add(k)
-    return joins.take(np.delete(np.arange(len(joins)), sorted(dropped)))
+    kept = _select_seam_joins(
+        curves.points,
+        curves.starts,
+        curves.along,
+        curves.closed,
+        joins.curves,
+        joins.lengths,
+        joins.gaps,
+        ways,
+        beside,
+        some,
+        by_pair,
+        np.searchsorted(pair[by_pair], pair[some]),
+        np.searchsorted(pair[by_pair], pair[some], side="right"),
+        reaches,
+    )
+    return joins.take(kept)
 
 
-def _goes_on_at(
-    curves: PackedCurves, joins: Joins, one: int, other: int, side: int, reaches: Floats
-) -> bool:
-    """Is a join at the seam of a closed curve part of the meeting of a nearer one beyond it?"""
-    if joins.gaps[other] > joins.gaps[one]:
-        return False
-    curve, beside = joins.curves[one, side], joins.curves[one, 1 - side]
-    last, length = float(curves.lasts[curve]), float(joins.lengths[other, side])
-    way = min(length, last - length)
-    if way > NEAR_SEAM * last:
-        return False
-    halfway = way / 2 if length < last - length else last - way / 2
-    place = curves.locate(np.array([curve]), np.array([halfway]))[0]
-    gap = curves.find_nearest(int(beside), place, (0.0, float(curves.lasts[beside])))[1]
-    return gap <= min(float(reaches[curve]), float(reaches[beside]))
+@kernel
+def _select_seam_joins(
+    points: Points,
+    starts: Int64Array,
+    along: Floats,
+    closed: NDArray[np.bool_],
+    curves: Int64Array,
+    lengths: Floats,
+    gaps: Floats,
+    ways: Floats,
+    beside: NDArray[np.bool_],
+    some: Int64Array,
+    by_pair: Int64Array,
+    begin: Int64Array,
+    end: Int64Array,
+    reaches: Floats,
+) -> NDArray[np.bool_]:
+    """(m,) which joins are not part of the meeting of a nearer one beyond a closed curve's seam.
+
+    curves, lengths, gaps: of the joins. ways: (m, 2) how far their places are from the seam.
+    beside: (m, 2) which places may be parted from others by it; some: (k,) the joins with such a
+    place. by_pair[begin[i]:end[i]]: the joins of the same two curves as join some[i].
+    """
+    kept = np.ones(len(gaps), np.bool_)
+    for i in range(len(some)):
+        one = some[i]
+        for other in by_pair[begin[i] : end[i]]:
+            if other == one or not kept[other] or gaps[other] > gaps[one]:
+                continue
+            for side in range(2):
+                curve, partner = curves[one, side], curves[one, 1 - side]
+                whole = along[starts[curve + 1] - 1]
+                if not beside[one, side] or ways[one, side] + ways[other, side] > NEAR_SEAM * whole:
+                    continue
+                if ways[one, side] > 0.0:
+                    late = 2.0 * lengths[one, side] > whole
+                    if not beside[other, side] or late == (2.0 * lengths[other, side] > whole):
+                        continue
+                within = min(float(reaches[curve]), float(reaches[partner]))
+                # The other curve goes the same way there.
+                apart = abs(lengths[one, 1 - side] - lengths[other, 1 - side])
+                if closed[partner]:
+                    apart = min(apart, along[starts[partner + 1] - 1] - apart)
+                goes_on = apart <= 2.0 * (ways[one, side] + ways[other, side] + within)
+                for length in (lengths[one, side], lengths[other, side]):
+                    late = 2.0 * length > whole
+                    for share in (0.0, 0.5):
+                        way = whole - length if late else length
+                        at = whole - share * way if late else share * way
+                        place = _locate(points, starts, along, curve, at)
+                        if not _is_near(points, starts, partner, place, within):
+                            goes_on = False
+                if goes_on:
+                    kept[one] = False
+    return kept
+
+
+@kernel
+def _locate(points: Points, starts: Int64Array, along: Floats, curve: int, length: float) -> Floats:
+    """(3,) the place at an arc length of a curve."""
+    first, last = starts[curve], starts[curve + 1] - 1
+    edge = first + np.searchsorted(along[first : last + 1], length, side="right") - 1
+    edge = min(edge, last - 1)
+    size = along[edge + 1] - along[edge]
+    share = (length - along[edge]) / size if size > 0.0 else 0.0
+    return (1.0 - share) * points[edge] + share * points[edge + 1]
+
+
+@kernel
+def _is_near(points: Points, starts: Int64Array, curve: int, place: Floats, within: float) -> bool:
+    """Is a place within reach of a curve?"""
+    for edge in range(starts[curve], starts[curve + 1] - 1):
+        if measure_distance_to_edge(points, edge, place) <= within:
+            return True
+    return False
 
 
 def find_settled_curves(curves: PackedCurves, exact: float) -> tuple[NDArray[np.bool_], Joins]:
@@ -204,7 +279,19 @@ def find_settled_curves(curves: PackedCurves, exact: float) -> tuple[NDArray[np.
     vertices = curves.find_vertices(curve, length)
     at_sample = (np.abs(curves.along[vertices] - length) <= exact).reshape(-1, 2).all(axis=1)
     put = at_sample | curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
+    # Closed curves begin anywhere: that one meets itself there holds nothing.
+    put &= ~curves.is_seam(joins.curves, joins.lengths)
     return ends.all(axis=0) & ~curves.closed, joins.take(np.flatnonzero(put))
+
+
+def has_loose_ends(curves: PackedCurves, fixed: Joins) -> bool:
+    """Is there an end of an open curve at which no join, of those that are exact, is?"""
+    met = np.zeros((len(curves), 2), bool)
+    for side in range(2):
+        curve, length = fixed.curves[:, side], fixed.lengths[:, side]
+        met[curve[length == 0.0], 0] = True
+        met[curve[length == curves.lasts[curve]], 1] = True
+    return not met[~curves.closed].all()
 
 
 def find_placed_curves(curves: PackedCurves, fixed: Joins) -> NDArray[np.bool_]:
