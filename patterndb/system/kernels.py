@@ -85,9 +85,10 @@ def kernel(function: Any = None, **options: Any) -> Any:
 def find_native(function: FunctionType) -> Callable[..., Any] | None:
     """The function of the compiled extension that has a kernel's place and name; None without."""
     place: Any = _native
-    for name in function.__module__.removeprefix("patterndb.").split("."):
-        place = getattr(place, name, None)
-    return getattr(place, function.__name__, None)
+    name = function.__module__.removeprefix("patterndb.").removeprefix("patterndb_sketch.")
+    for part in name.split("."):
+        place = getattr(place, part, None)
+    return getattr(place, function.__name__.lstrip("_"), None)
 
 
 class NativeKernel:

@@ -6,12 +6,16 @@
 
 mod arrays;
 mod core;
+mod features;
 mod flag;
 mod geometry;
 mod ingest;
 mod query;
+mod retopo;
 mod rows;
 mod store;
+mod surfacing;
+mod viewer;
 
 use pyo3::prelude::*;
 
@@ -26,9 +30,13 @@ fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::keep_places_of_panics();
     core::add(&add_module(module, "core")?)?;
+    features::add(&add_module(module, "features")?)?;
     geometry::add(&add_module(module, "geometry")?)?;
     ingest::add(&add_module(module, "ingest")?)?;
     query::add(&add_module(module, "query")?)?;
+    retopo::add(&add_module(module, "retopo")?)?;
     store::add(&add_module(module, "store")?)?;
+    surfacing::add(&add_module(module, "surfacing")?)?;
+    viewer::add(&add_module(module, "viewer")?)?;
     Ok(())
 }

@@ -15,7 +15,6 @@ type Described<'py> = (
 );
 
 #[pyfunction]
-#[pyo3(name = "_describe")]
 fn describe<'py>(
     py: Python<'py>,
     flat: PyReadonlyArray1<'py, u16>,

@@ -8,7 +8,6 @@ use crate::arrays::{read, run};
 use crate::rows::{read_rows, write_rows};
 
 #[pyfunction]
-#[pyo3(name = "_flip_to_agree")]
 fn flip_to_agree<'py>(
     py: Python<'py>,
     mut quads: PyReadwriteArray2<'py, i32>,
@@ -21,7 +20,6 @@ fn flip_to_agree<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_components")]
 fn components<'py>(
     py: Python<'py>,
     twin: PyReadonlyArray1<'py, i32>,

@@ -15,7 +15,6 @@ fn checked<T: Element>(py: Python<'_>, rows: Rows<T>) -> CheckedArrays<'_, T> {
 }
 
 #[pyfunction]
-#[pyo3(name = "_name_once")]
 fn name_once<'py>(
     py: Python<'py>,
     symbols: PyReadonlyArray1<'py, i32>,
@@ -29,7 +28,6 @@ fn name_once<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_name_twice")]
 fn name_twice<'py>(
     py: Python<'py>,
     raw: PyReadonlyArray1<'py, u8>,
@@ -40,7 +38,6 @@ fn name_twice<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_pack_symbols")]
 fn pack_symbols<'py>(
     py: Python<'py>,
     symbols: PyReadonlyArray1<'py, u16>,

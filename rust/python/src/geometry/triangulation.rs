@@ -10,7 +10,6 @@ use crate::arrays::{read, run};
 use crate::rows::{from_rows, read_rows, write_rows};
 
 #[pyfunction]
-#[pyo3(name = "_cut")]
 fn cut<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,
@@ -26,7 +25,6 @@ fn cut<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_cut_chosen")]
 fn cut_chosen<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,
@@ -46,7 +44,6 @@ fn cut_chosen<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_write_once")]
 fn write_once<'py>(
     py: Python<'py>,
     face: PyReadonlyArray1<'py, i32>,

@@ -10,7 +10,6 @@ use crate::rows::from_rows;
 type RowArrays<'py> = (Bound<'py, PyArray1<u8>>, Bound<'py, PyArray1<i64>>);
 
 #[pyfunction]
-#[pyo3(name = "_hash_rows")]
 fn hash_rows<'py>(
     py: Python<'py>,
     raw: PyReadonlyArray1<'py, u8>,
@@ -22,7 +21,6 @@ fn hash_rows<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_pack_faces")]
 fn pack_faces<'py>(
     py: Python<'py>,
     quads: PyReadonlyArray1<'py, i32>,

@@ -7,7 +7,6 @@ use pyo3::prelude::*;
 use crate::arrays::{run, write};
 
 #[pyfunction]
-#[pyo3(name = "_collapse_all")]
 fn collapse_all<'py>(
     py: Python<'py>,
     mut vertex: PyReadwriteArray1<'py, i32>,

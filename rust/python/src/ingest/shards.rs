@@ -7,7 +7,6 @@ use pyo3::prelude::*;
 use crate::arrays::{read, run};
 
 #[pyfunction]
-#[pyo3(name = "_breadth_first")]
 fn breadth_first<'py>(
     py: Python<'py>,
     twin: PyReadonlyArray1<'py, i32>,

@@ -12,7 +12,6 @@ use crate::flag::{CancelFlag, is_set};
 use crate::rows::{read_all, read_rows, write_all};
 
 #[pyfunction]
-#[pyo3(name = "_keep_carrying")]
 #[expect(
     clippy::too_many_arguments,
     reason = "they are those of the Python kernel"
@@ -59,7 +58,6 @@ fn keep_carrying<'py>(
 }
 
 #[pyfunction]
-#[pyo3(name = "_solve_rows")]
 #[expect(
     clippy::too_many_arguments,
     reason = "they are those of the Python kernel"

@@ -49,7 +49,6 @@ impl QueryArrays<'_> {
 }
 
 #[pyfunction]
-#[pyo3(name = "_mark")]
 #[expect(
     clippy::too_many_arguments,
     reason = "they are those of the Python kernel"

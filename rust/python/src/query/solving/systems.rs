@@ -80,7 +80,6 @@ type ClaimArrays<'py> = (
 );
 
 #[pyfunction]
-#[pyo3(name = "_number_claims")]
 fn number_claims<'py>(
     py: Python<'py>,
     joined: PyReadonlyArray3<'py, bool>,
@@ -109,7 +108,7 @@ fn fill<T: Element + Copy>(tuple: &Bound<'_, PyAny>, name: &str, items: &[T]) ->
 }
 
 #[pyfunction]
-#[pyo3(name = "_fill")]
+#[pyo3(name = "fill")]
 fn fill_systems<'py>(
     py: Python<'py>,
     made: &Bound<'py, PyAny>,

@@ -1,0 +1,1 @@
+//! The fishbone of strokes.

@@ -1,0 +1,1 @@
+//! Ribs: the curves in which planes cut a surface.

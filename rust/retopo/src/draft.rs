@@ -1,0 +1,1 @@
+//! Drafts of quads over a surface.

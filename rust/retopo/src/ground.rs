@@ -1,0 +1,1 @@
+//! The surface that is drawn upon: paths, neighbours, cuts.

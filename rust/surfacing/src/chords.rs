@@ -1,0 +1,1 @@
+//! Chords that split cycles.

@@ -1,0 +1,1 @@
+//! Joints of curves that nearly meet.

@@ -1,0 +1,1 @@
+//! Triangles and quads of patches.
