@@ -6,25 +6,30 @@ VENV    := .venv
 BIN     := $(VENV)/bin
 RUN     := $(VENV)/.installed
 DEV     := $(VENV)/.installed-dev
-PACK    := patterndb/data/kernels
+CORE    := patterndb/_native.abi3.so
 ALOUD    = $(BIN)/python scripts/run_aloud.py
 PIP      = $(BIN)/python -m pip install --disable-pip-version-check --progress-bar off
 
 # Processes that run tests: one a core.
 WORKERS ?= auto
 
+# What the core is compiled from.
+RUST    := $(shell find rust -name target -prune -o \( -name '*.rs' -o -name 'Cargo.*' \) -print)
+CARGO   ?= cargo
+
 # The folder of meshes, with INDEX.csv, that the starter database is learned from.
 MESHES ?= ../shared/data/meshes
 
-.PHONY: help demo test lowest page lint types docs docs-check docs-walk site constraints starter dist clean
+.PHONY: help demo test core lowest page lint types docs docs-check docs-walk site constraints starter dist clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo        learn the example meshes, fill some boundaries, draw the fills"
 	@echo "make test        run all tests"
 	@echo "make lowest      run tests on the lowest releases that pyproject.toml allows"
+	@echo "make core        compile what changed below rust/ into the clone"
 	@echo "make page        build the page of 'patterndb serve', with node from the extra dev"
-	@echo "make lint        ruff: rules and format"
+	@echo "make lint        ruff, rustfmt and clippy: rules and format"
 	@echo "make types       pyright: strict for patterndb/, basic for the rest"
 	@echo "make docs        write docs/cli.md and docs/api.md anew"
 	@echo "make docs-check  are they up to date?"
@@ -45,22 +50,24 @@ $(BIN)/python:
 	  exit 1; }
 
 $(RUN): $(BIN)/python pyproject.toml
+	@$(BIN)/python scripts/find_cargo.py
 	@$(ALOUD) "installing patterndb" $(PIP) --quiet --editable .
 	@touch $@
 
 # What developers and CI use is what was tried last: constraints.txt says which releases.
 $(DEV): $(BIN)/python pyproject.toml constraints.txt
+	@$(BIN)/python scripts/find_cargo.py
 	@$(ALOUD) "installing patterndb and its development tools" $(PIP) --quiet \
 	  --constraint constraints.txt --editable '.[dev]'
 	@touch $(RUN) $@
 
-# Once, before anything runs in parallel: else every process compiles them all. Kernels are found
-# by what they are made of: one that is changed later is compiled by who needs it.
-$(PACK): patterndb/data/kernels.jsonl | $(RUN)
-	$(BIN)/python scripts/pack_kernels.py --keep $(VENV)/kernels
+# Installing compiles it as well; later only what changed is compiled.
+$(CORE): $(RUST) | $(DEV)
+	@$(ALOUD) "compiling the core" $(BIN)/maturin develop --release --skip-install --quiet
 	@touch $@
 
-# Its few verbs compile what they need as they come, in as many processes as there are processors.
+core: $(CORE)
+
 demo: $(RUN)
 	@rm -rf demo && mkdir demo
 	$(BIN)/patterndb ingest examples/ --db demo/demo.db --licence CC0-1.0
@@ -77,7 +84,8 @@ demo: $(RUN)
 	@echo "      $(BIN)/patterndb browse --class 6 --db demo/demo.db      (needs a display)"
 	@echo "      docs/tutorial.md"
 
-test: $(DEV) $(PACK) page
+test: $(DEV) $(CORE) page
+	$(CARGO) test --quiet --manifest-path rust/Cargo.toml --workspace --exclude patterndb-python
 	$(BIN)/python -m pytest -n $(WORKERS)
 
 # The lowest releases that pyproject.toml promises, in an environment of their own, and tests of what
@@ -95,8 +103,7 @@ lowest: $(DEV)
 	@$(ALOUD) "installing the lowest releases" build/lowest/bin/python -m pip install --quiet \
 	  --disable-pip-version-check --progress-bar off --constraint build/lowest/lowest.txt \
 	  --editable '.[all]' pytest pytest-qt pytest-xdist hypothesis trimesh
-	PATTERNDB_KERNELS=$(CURDIR)/build/lowest/kernels build/lowest/bin/patterndb warmup ingest query fill holes
-	PATTERNDB_KERNELS=$(CURDIR)/build/lowest/kernels build/lowest/bin/python -m pytest -n $(WORKERS) \
+	build/lowest/bin/python -m pytest -n $(WORKERS) \
 	  -p no:cacheprovider $(LOWEST_TESTS)
 
 # Built again where a source is newer; the script knows what it is made of.
@@ -106,6 +113,8 @@ page: $(DEV)
 lint: $(DEV)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+	$(CARGO) fmt --manifest-path rust/Cargo.toml --all --check
+	$(CARGO) clippy --quiet --manifest-path rust/Cargo.toml --workspace --all-targets -- -D warnings
 
 types: $(DEV)
 	$(BIN)/pyright --pythonpath $(BIN)/python
@@ -134,14 +143,11 @@ constraints: | $(BIN)/python
 starter: $(RUN)
 	$(BIN)/python scripts/build_starter.py $(MESHES)
 
-# The wheel takes compiled kernels along: they shall be those of this code. Kernels that have not
-# changed since the tests ran are not compiled again.
 dist: $(DEV) page
 	rm -rf dist
-	$(BIN)/python scripts/pack_kernels.py --keep $(VENV)/kernels
 	$(BIN)/python -m build --sdist --outdir dist .
 	$(BIN)/python -m build --wheel --outdir dist .
 
 clean:
-	rm -rf $(VENV) $(PACK) patterndb_app/web/bundle patterndb_app/web/node_modules demo dist build .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(CORE) rust/target patterndb_app/web/bundle patterndb_app/web/node_modules demo dist build .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

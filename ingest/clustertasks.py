@@ -15,7 +15,6 @@ from dataclasses import fields
 from hashlib import sha256
 from typing import Any, NamedTuple, TypeVar
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -77,12 +76,11 @@ def list_versions() -> dict[str, str]:
         "python": platform.python_version(),
         "patterndb": __version__,
         "numpy": np.__version__,
-        "numba": numba.__version__,
     }
 
 
 def find_differences(mine: Mapping[str, str], theirs: Mapping[str, str]) -> list[str]:
-    """Say in words what versions differ: "numba is 0.60.0 there and 0.61.2 here"."""
+    """Say in words what versions differ: "numpy is 2.3.0 there and 2.4.1 here"."""
     return [
         f"{name} is {theirs.get(name, 'missing')} there and {version} here"
         for name, version in mine.items()

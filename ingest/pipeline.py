@@ -22,7 +22,7 @@ from ingest.formats import ReadLimits, load_file, parse
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, MeshFileError
 from patterndb.store import Database, Learned, LearningOptions, Provenance
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 
 Outcome = Literal["learned", "replaced", "unchanged", "updated", "no quads"]
 
@@ -131,7 +131,7 @@ def ingest(
     not installed, ClusterError where the cluster cannot be used, or is lost; what was written stays
     then, too, and the same call goes on.
     """
-    started = read_work_clock()
+    started = perf_counter()
     limits = limits or ReadLimits()
     engine = _choose_engine(jobs, scheduler)
     run = _Run(database, engine, limits, provenance, progress, report)
@@ -142,13 +142,11 @@ def ingest(
             checked = _check(_work_of(paths, options), database, limits, skip_bad)
             skipped = checked.bad
             run.run(checked)
-    except (KeyboardInterrupt, SystemError) as error:
-        if not _is_interrupt(error):
-            raise
+    except KeyboardInterrupt:
         interrupted = True
     return IngestReport(
         [run.reports[i] for i in sorted(run.reports)],
-        read_work_clock() - started,
+        perf_counter() - started,
         interrupted,
         tuple(skipped),
     )
@@ -164,15 +162,6 @@ def _choose_engine(jobs: int | None, scheduler: str | None) -> LearningEngine:
     from ingest.cluster import ClusterEngine
 
     return ClusterEngine(scheduler)
-
-
-def _is_interrupt(error: BaseException | None) -> bool:
-    """Is it a Ctrl-C, or what compiled code makes of one that comes while it is being loaded?"""
-    while error is not None:
-        if isinstance(error, KeyboardInterrupt):
-            return True
-        error = error.__cause__ or error.__context__
-    return False
 
 
 def learn_mesh(
@@ -210,7 +199,7 @@ def learn_mesh(
     data = canonical_bytes(mesh)
     options = options or LearningOptions()
     w = _Work(0, mesh, name, options, len(data), hashlib.sha256(data).hexdigest())
-    w.started = read_work_clock()
+    w.started = perf_counter()
     here = database.find_mesh(w.sha256)
     if here is not None and here.options != options:
         w.outcome = "replaced"
@@ -284,7 +273,7 @@ def _check(
     bad = checked.bad
     seen: set[str] = set()
     for w in work:
-        w.started = read_work_clock()
+        w.started = perf_counter()
         assert isinstance(w.source, Path)
         try:
             _check_name(w.source)
@@ -387,7 +376,7 @@ class _Run:
     def _begin(self, w: _Work, *, alone: bool) -> None:
         """Read the mesh and begin to learn it. alone: no other meshes are left to keep the
         engine busy."""
-        w.started = read_work_clock()
+        w.started = perf_counter()
         if isinstance(w.source, Path):
             data = load_file(w.source, self.limits)
             if hashlib.sha256(data).hexdigest() != w.sha256:
@@ -469,7 +458,7 @@ class _Run:
             *patches,
             patterns,
             new_patterns,
-            read_work_clock() - w.started,
+            perf_counter() - w.started,
             left_out,
         )
         self.reports[w.index] = entry

@@ -9,7 +9,7 @@
 
 This face has all that a script needs, and imports it when it is asked for. The packages behind
 it: core (quad disks, codes, patterns), geometry, store (the database file) and system (files,
-caches, kernels) here, then ingest, query, patterndb_sketch and viewer. The face and the module
+caches) here, then ingest, query, patterndb_sketch and viewer. The face and the module
 notebook are the one exception to the rule that nothing here imports what stands above.
 """
 
@@ -20,11 +20,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
+from patterndb._native import __version__ as __version__
 from patterndb.core.showing import Suffix, draw_by
 from patterndb.errors import PatternDBError
 from patterndb.system.latenames import load_late
 from patterndb.system.shadows import refuse_hidden_packages
-from patterndb.system.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from ingest.formats import ReadLimits, read_mesh, write_mesh

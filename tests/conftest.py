@@ -14,15 +14,9 @@ from hypothesis import HealthCheck, settings
 from shared import SHARED
 
 import patterndb
-from patterndb.system.caches import KERNELS_VARIABLE, kernel_folder
 
 if TYPE_CHECKING:
-    # Importing it takes seconds, and compiles kernels where there are none: for one test file
-    # those shall be its own.
     from query.engine import PatternSource
-
-# Tests that name another cache folder shall not compile all kernels again.
-os.environ.setdefault(KERNELS_VARIABLE, str(kernel_folder() or ""))
 
 # No test asserts a time, nor does hypothesis for it.
 settings.register_profile(

@@ -1,6 +1,6 @@
 """The user's cache folder: what can be made again at any time, kept between runs.
 
-``PATTERNDB_CACHE`` names another place for it. What is read from it is run (kernels) or believed
+``PATTERNDB_CACHE`` names another place for it. What is read from it is believed
 (arrays, the starter's database), so a folder counts only where nobody else can have written:
 it belongs to this user, and others may write neither into it nor into those above it. In a
 folder that all share, such as ``/tmp``, another user may have made the name first; then it is
@@ -19,9 +19,6 @@ from pathlib import Path
 import platformdirs
 
 from patterndb.system.files import replace_file
-
-#: The environment variable that names the folder of compiled kernels.
-KERNELS_VARIABLE = "PATTERNDB_KERNELS"
 
 #: Root's files are trusted as this user's own: root can change those as well.
 _ROOT = 0
@@ -76,23 +73,6 @@ def make_trusted(folder: Path) -> bool:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
     return is_trusted(folder)
-
-
-def kernel_folder() -> Path | None:
-    """The folder that this process keeps compiled kernels in, made where it was not there.
-
-    One that can only be read is taken where there is none to write; None where there is
-    neither, or only such as others may have written into.
-    """
-    named = os.environ.get(KERNELS_VARIABLE)
-    folders = [Path(named)] if named else [folder / "kernels" for folder in cache_folders()]
-    readable: Path | None = None
-    for folder in folders:
-        if (named or make_trusted(folder.parent)) and make_trusted(folder):
-            if os.access(folder, os.W_OK):
-                return folder
-            readable = readable or folder
-    return readable
 
 
 def read_cached(name: str) -> bytes | None:

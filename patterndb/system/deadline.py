@@ -2,9 +2,9 @@
 
 A command has a time limit, and the database, the drawing and the placing that it asks know no
 commands. So the limit is the thread's: ``end_by`` sets it around a call, and all that runs below
-asks ``is_late``, or sets an :class:`Alarm` for kernels. A step that asks neither is run by
-:func:`run_until_late`, which leaves it when time is up, and at Ctrl-C. The clock stands still while
-kernels are compiled (:mod:`patterndb.system.compiling`).
+asks ``is_late``, or sets an :class:`Alarm` for compiled functions. A step that asks neither is run
+by :func:`run_until_late`, which leaves it when time is up, and at Ctrl-C. Moments are those of
+``time.perf_counter``.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from itertools import count
 from typing import Any, TypeVar
 
 from patterndb.errors import TimeLimitError
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 
 T = TypeVar("T")
 
@@ -30,7 +30,7 @@ _of_thread = threading.local()
 
 @contextmanager
 def end_by(moment: float) -> Generator[None]:
-    """Let what this thread does within the block end at a moment of the work clock.
+    """Let what this thread does within the block end at a moment.
 
     A deadline that is there already and is earlier stays.
     """
@@ -43,14 +43,14 @@ def end_by(moment: float) -> Generator[None]:
 
 
 def get_deadline() -> float:
-    """Return this thread's deadline on the work clock; infinity where there is none."""
+    """Return this thread's deadline; infinity where there is none."""
     return getattr(_of_thread, "moment", math.inf)
 
 
 def is_late() -> bool:
     """Is this thread's deadline past?"""
     moment = get_deadline()
-    return moment < math.inf and read_work_clock() >= moment
+    return moment < math.inf and perf_counter() >= moment
 
 
 @contextmanager
@@ -74,9 +74,9 @@ def refuse_if_late(before: str) -> None:
 def limit_time(seconds: float | None, since: float | None = None) -> Generator[None]:
     """Let what this thread does within the block end after ``seconds``; None sets no limit.
 
-    since: moment of the work clock from which the seconds count; None counts from now.
+    since: moment from which the seconds count; None counts from now.
     """
-    since = read_work_clock() if since is None else since
+    since = perf_counter() if since is None else since
     with end_by(math.inf if seconds is None else since + seconds):
         yield
 
@@ -131,9 +131,9 @@ def has_tasks_left() -> bool:
 
 
 class Alarm:
-    """Has a function called when the work clock comes to a moment, unless it is called off.
+    """Has a function called at a moment, unless it is called off.
 
-    For kernels, which look at nothing but a flag that someone must set. ``ring`` is called in the
+    For compiled functions, which look at nothing but a flag that someone must set. ``ring`` is called in the
     one thread that waits for all alarms, so it must do no more than that.
     """
 
@@ -179,9 +179,8 @@ class _Watch:
     def _wait(self) -> None:
         while True:
             with self._changed:
-                left = self._alarms[0][0] - read_work_clock() if self._alarms else math.inf
+                left = self._alarms[0][0] - perf_counter() if self._alarms else math.inf
                 if left > 0:
-                    # The clock may have stood still when this is over; so it is read again.
                     self._changed.wait(min(left, threading.TIMEOUT_MAX))
                     continue
                 alarm = heapq.heappop(self._alarms)[2]

@@ -60,7 +60,7 @@ INTERRUPT_SECONDS = 0.02
 
 
 def main(began: float | None = None) -> None:
-    """Run the command line, and end the process; began: when that did, on the work clock."""
+    """Run the command line, and end the process; began: when that did (``time.perf_counter``)."""
     sys.unraisablehook = _interrupt_again
     try:
         cli(obj=began)

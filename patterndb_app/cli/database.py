@@ -124,7 +124,7 @@ def verify(db: Path | None, migrate: bool, repair: Path | None, as_json: bool) -
 
 def save_sound(db: Path, into: Path, as_json: bool) -> int:
     """Save what is sound in a database into a new file, and say what became of the rest."""
-    # Imported here because checking codes compiles kernels, which counting needs none of.
+    # Imported here because --help need not wait for it.
     from patterndb.store.salvage import salvage_database
 
     found = salvage_database(db, into)
@@ -229,7 +229,7 @@ def diff(first: Path, second: Path | None, as_json: bool) -> int:
     patterndb diff mine.db yours.db
     patterndb diff mine.db --json
     """
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb.core.code import format_id
     from patterndb.store.comparison import compare_databases
 

@@ -55,7 +55,7 @@ def import_ddq(
     patterndb import-ddq patches.db --db my.db
     patterndb import-ddq patches.db --db my.db --licence "research only" --json
     """
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb.store import Provenance, read_table
     from patterndb.store.ddq import file_hash
 

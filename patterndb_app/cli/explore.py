@@ -120,7 +120,7 @@ def explore(
         from viewer.shell.probe import check_display
 
         check_display()
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from viewer.explore import explore as open_explorer
     from viewer.explorer_commands import KEYS
 

@@ -38,7 +38,7 @@ def resumable(how: str) -> Generator[None]:
 
 
 def was_interrupted(error: BaseException | None) -> bool:
-    """Did Ctrl-C lead to this error? Compiled kernels turn it into one of their own."""
+    """Did Ctrl-C lead to this error?"""
     while error is not None:
         if isinstance(error, KeyboardInterrupt | click.Abort):
             return True

@@ -12,7 +12,7 @@ import click
 from click.core import ParameterSource
 
 from patterndb.errors import NotFoundError
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
@@ -180,7 +180,7 @@ def features(
             raise click.UsageError("without --strokes or --session there are no curves to write")
     if looking and as_json:
         raise click.UsageError("--view alone finds no curves for --json to describe; leave one out")
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb_sketch.features.sessionfile import (
         FeatureSession,
         read_session,
@@ -287,14 +287,14 @@ def _recover_curves(
 
     found: list[RecoveredCurve] = []
     lost: dict[str, str] = {}
-    started = read_work_clock()
+    started = perf_counter()
     for stroke, constraints in asked:
         try:
             found.append(recover_curve(model, stroke, constraints))
         except InvalidFeatureError as error:
             lost[stroke.name] = str(error)
             say(str(error))
-    return found, lost, read_work_clock() - started
+    return found, lost, perf_counter() - started
 
 
 def _document(

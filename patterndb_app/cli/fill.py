@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from patterndb.errors import InvalidBoundaryError
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.deadline import run_until_late
 from patterndb_app.cli.options import (
     OBJ,
@@ -135,7 +135,7 @@ def fill(
     if record and db is None:
         raise click.UsageError("--record needs --db: the starter database cannot be changed")
     chosen_fills = search_arguments(search, server)
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from query.boundaryfile import read_boundary, read_strokes
     from query.placing import Surface, enclose_region, place
     from query.placing.region import find_void, list_border_sides
@@ -162,17 +162,17 @@ def fill(
     from patterndb_app.cli.obj import write_placed_fill
 
     with limit_command(time_limit), open_source(db, server) as source:
-        started = read_work_clock()
+        started = perf_counter()
         found = find_fills(source, asked, **options)
         what = "pattern" if options["folded"] else "fill"
         hint = f"{'; --flat counts every fill' if options['folded'] else ''}; {see}"
         chosen = find_ranked(FillListing(source, found), rank, what, hint)
-        found_at = read_work_clock()
+        found_at = perf_counter()
         placement = run_until_late(
             partial(place, chosen.fill, asked.points, region, drawn, tolerance=tolerance),
             "the fill was placed",
         )
-    seconds = found_at - started, read_work_clock() - found_at
+    seconds = found_at - started, perf_counter() - found_at
     write_placed_fill(output, chosen.fill, placement.vertices)
     if record:
         say(record_accepted(db, chosen.fill))

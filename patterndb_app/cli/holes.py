@@ -311,7 +311,7 @@ def holes(
             "an n-gon has no quads and takes an odd number of edges; leave --corners, --flow, "
             "--odd and --surface out"
         )
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from ingest.formats import read_mesh
     from query.holes import MeshTopology, find_holes, list_mesh_flaws
 

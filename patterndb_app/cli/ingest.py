@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from patterndb.errors import MeshFileError, NotFoundError
-from patterndb.system.compiling import COMPILED, read_work_clock
+from time import perf_counter
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.database import count_patterns, leaving_no_empty_database
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
@@ -144,7 +144,7 @@ def ingest(
     patterndb ingest meshes/ --db my.db --convex 60 --most-patterns 150000
     patterndb ingest meshes/ --db my.db --scheduler tcp://10.0.0.5:8786
     """
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from ingest import check_files
     from ingest import ingest as ingest_files
     from ingest.formats import ReadLimits
@@ -289,19 +289,18 @@ class LearningProgress:
     def __init__(self, *, talk: bool) -> None:
         self._talk = talk
         self._state: Progress | None = None
-        self._started = read_work_clock()
+        self._started = perf_counter()
 
     def update(self, state: Progress) -> None:
         """Note how far it is."""
         self._state = state
 
     def word(self) -> str | None:
-        """How far it is, in words; None before that is known, and while kernels are compiled."""
+        """How far it is, in words; None before that is known."""
         state = self._state
-        # Compiling has a line of its own.
-        if state is None or COMPILED.is_compiling():
+        if state is None:
             return None
-        seconds = max(read_work_clock() - self._started, 1e-9)
+        seconds = max(perf_counter() - self._started, 1e-9)
         return (
             f"learning: {tell_share(state.bytes_done / max(state.bytes_total, 1), seconds)}, "
             f"{state.patches / seconds:,.0f} patches/s; {_tell_workers(state.workers)}"

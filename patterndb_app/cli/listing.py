@@ -90,7 +90,7 @@ def choose_patterns(
 ) -> Iterator[ListedPattern]:
     """Choose patterns by the options of :func:`choice_options`: class by class, the fewest
     irregular vertices first, then the most frequent."""
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from query.listing.filters import Filters
 
     n_sides = choice["n_sides"]

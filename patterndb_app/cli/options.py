@@ -148,7 +148,7 @@ class MeshToWrite(FileToWrite):
     """A mesh file to write, in any format that there is for it."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        # Imported here because compiled kernels take a moment that --help need not wait for.
+        # Imported here because --help need not wait for it.
         from ingest.formats import WRITTEN_SUFFIXES
 
         self.suffixes = WRITTEN_SUFFIXES
@@ -355,7 +355,7 @@ def open_database(path: Path | None, mode: Mode = "read") -> Database: ...
 def open_database(path: DatabaseChoice, mode: Mode = "read") -> Database | DatabaseUnion: ...
 def open_database(path: DatabaseChoice, mode: Mode = "read") -> Database | DatabaseUnion:
     """The database named by --db, or the starter, or all that are named."""
-    # Imported here because --help and wrong usage need not wait for compiled kernels.
+    # Imported here because --help and wrong usage need not wait for it.
     import patterndb
 
     if isinstance(path, tuple):

@@ -13,7 +13,6 @@ import click
 
 from patterndb.errors import PatternDBError
 from patterndb.system.memory import refuse_small_address_space
-from patterndb_app.cli.compiletalk import told_compiling
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, explain
 from patterndb_app.cli.progressline import told_waiting
 from patterndb_app.cli.text import is_output_lost, say
@@ -50,7 +49,6 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "report": "report",
         "export": "listing",
         "export-ddq": "exchange",
-        "warmup": "warmup",
     },
     "Sketch": {
         "surface": "surface",
@@ -194,12 +192,12 @@ class Program(VerbGroup):
         sys.exit(code)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """As click's; what the verb has to compile is told, and that it is at work."""
+        """As click's; says that the verb is at work when it takes long."""
 
         def name_verb() -> str | None:
             return ctx.invoked_subcommand
 
-        with told_waiting(name_verb), told_compiling(name_verb):
+        with told_waiting(name_verb):
             try:
                 return super().invoke(ctx)
             except PatternDBError as error:

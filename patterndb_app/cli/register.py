@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb_app.cli.obj import write_faces
 from patterndb_app.cli.options import (
     OBJ,
@@ -117,7 +117,7 @@ def register(
     patterndb register sedan.obj --network sedan.curves.json --template box:car -o sedan.quads.obj
     patterndb register sedan.obj --network n.json --template dome.json -o dome.obj --delta 3 --json
     """
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb_sketch.features.registration import register as lay
 
     laid_out = read_any_template(template)
@@ -127,9 +127,9 @@ def register(
     if turn is not None:
         turned, ground = turn_model(ground, drawn, turn)
         say(f"the model is turned: its {turned.replace(',', ', ')} are x, y, z")
-    started = read_work_clock()
+    started = perf_counter()
     made = lay(ground, drawn, laid_out, delta=delta, rounds=rounds)
-    seconds = read_work_clock() - started
+    seconds = perf_counter() - started
     write_registration(output, made, laid_out)
     rows = part_rows(made, laid_out)
     gaps = {name: gap for name, gap in made.network.gaps.items() if gap > 0.0}

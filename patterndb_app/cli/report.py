@@ -13,7 +13,7 @@ import click
 
 import patterndb
 from patterndb.errors import PatternDBError
-from patterndb.system.caches import cache_folders, kernel_folder
+from patterndb.system.caches import cache_folders
 from patterndb.system.extras import EXTRAS
 from patterndb_app.cli.options import as_json
 from patterndb_app.cli.text import plural, printable, write, write_json
@@ -25,7 +25,7 @@ VARIABLES = "PATTERNDB_"
 @click.command()
 @as_json
 def report(as_json: bool) -> int:
-    """Describe this installation: versions, kernels, windows and cache folders.
+    """Describe this installation: versions, windows and cache folders.
 
     To be put into a bug report. It names folders, and so perhaps you: read it before you send it.
 
@@ -53,7 +53,7 @@ def describe_installation() -> dict[str, dict[str, str]]:
             "Python": f"{platform.python_implementation()} {platform.python_version()}",
             "executable": sys.executable,
             "system": platform.platform(),
-            "processor": _describe_processor(),
+            "processor": platform.machine(),
             "cores": str(os.cpu_count()),
         },
         "packages": {name: _find_version(name) for name in _list_packages()},
@@ -61,7 +61,6 @@ def describe_installation() -> dict[str, dict[str, str]]:
             name: "installed" if extra.is_there() else f"not installed: {extra.install}"
             for name, extra in EXTRAS.items()
         },
-        "kernels": _describe_kernels(),
         "windows": {"here": _try_window(), "DISPLAY": os.environ.get("DISPLAY", "not set")},
         "cache folders": {
             f"{place}.": f"{folder} ({_measure_folder(folder)})"
@@ -71,36 +70,14 @@ def describe_installation() -> dict[str, dict[str, str]]:
     }
 
 
-def _describe_kernels() -> dict[str, str]:
-    """Say whether those that came along can be used, and where others are kept."""
-    # Imported here because --help need not wait for a compiler.
-    from patterndb.system.kernels import find_shipped
-
-    pack, reason = find_shipped()
-    folder = kernel_folder()
-    return {
-        "shipped": f"{len(pack.entries)} in use" if pack is not None else f"not used: {reason}",
-        "folder": "none that can be trusted" if folder is None else str(folder),
-        "kept": "nothing" if folder is None else _measure_folder(folder),
-    }
-
-
-def _describe_processor() -> str:
-    """Name the processor as the compiler does, for which kernels are compiled."""
-    # Imported here because --help need not wait for a compiler.
-    from llvmlite import binding  # pyright: ignore[reportMissingTypeStubs]
-
-    return f"{platform.machine()}, {binding.get_host_cpu_name()}"
-
-
 def _list_packages() -> list[str]:
-    """List the packages that the program asks for, and what these need to be compiled."""
+    """List the packages that the program asks for."""
     try:
         lines = requires("patterndb") or []
     except PackageNotFoundError:
         # A checkout on the path, installed nowhere.
-        lines = ["numpy", "scipy", "numba", "click", "msgspec", "platformdirs"]
-    names = {"llvmlite"}
+        lines = ["numpy", "scipy", "click", "msgspec", "platformdirs"]
+    names = set[str]()
     for line in lines:
         extra = re.search(r"extra == ['\"](\w+)['\"]", line)
         name = re.match(r"[\w.-]+", line)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.extras import require_extra
 from patterndb.system.files import open_regular
 from patterndb.system.knownfiles import KnownFiles
@@ -68,7 +68,7 @@ class RetopoCommand(SectionedCommand):
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the tools and what they do; docs/retopo.md has their arguments."""
-        # Imported here because the table imports every tool, and these compiled kernels.
+        # Imported here because the table imports every tool.
         from patterndb_sketch.retopo.table import TOOLS
 
         with formatter.section("Tools (docs/retopo.md has their arguments)"):
@@ -255,7 +255,7 @@ def retopo(
             f"a script tells all from the beginning, and {session} is from before; leave "
             "--record out, or begin another session"
         )
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb_sketch.autosave import find_recoveries
     from patterndb_sketch.retopo.quadimport import refuse_losses
     from patterndb_sketch.retopo.script import Script, read_script, write_script
@@ -278,12 +278,12 @@ def retopo(
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
         if start.ground.turned:
             say(f"{plural(start.ground.turned, 'triangle')} turned over, to face as all others do")
-        began = read_work_clock()
+        began = perf_counter()
         drafted = [_make_draft(editor, wishes)] if draft else []
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
-        seconds = read_work_clock() - began
+        seconds = perf_counter() - began
         said = Script(start.surface, (*drafted, *done), start.quads)
         if view:
             _look(editor, name, session, record, said, known)
@@ -340,7 +340,7 @@ def _read_sides(sides: str | None, picture: Path | None) -> tuple[str, ...]:
         return ()
     if picture is None:
         raise click.UsageError("--sides are those of a picture; give --picture, too")
-    # Imported here because it imports compiled kernels, which --help need not wait for.
+    # Imported here because --help need not wait for it.
     from viewer.retopo.pointing import find_side
 
     found = tuple(side.strip() for side in sides.split(","))

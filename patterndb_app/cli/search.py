@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
 import click
 
 from patterndb.errors import NotFoundError
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.deadline import get_deadline, is_late
 from patterndb.system.extras import require_extra
 from patterndb.system.numbers import MOST_EDGES
@@ -294,7 +294,7 @@ def find_fills(
     if folded:
         arguments["per_pattern"] = 1
     if not isinstance(source, Database | DatabaseUnion):
-        seconds = get_deadline() - read_work_clock()
+        seconds = get_deadline() - perf_counter()
         if seconds < math.inf:
             arguments["time_limit"] = max(seconds, LEAST_SECONDS)
         return source.fills(boundary, **arguments)

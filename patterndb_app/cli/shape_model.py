@@ -109,7 +109,7 @@ def build(
     patterndb shape-model build --template box:car -o cars.npz a.obj=a.json b.obj=b.json
     patterndb shape-model build --template box:car -o cars.npz --modes 4 a.quads.obj b.quads.obj
     """
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb_sketch.features.errors import InvalidFeatureError
     from patterndb_sketch.features.sessionfile import write_shapes
     from patterndb_sketch.features.shapemodel import ShapeModel, measure_errors

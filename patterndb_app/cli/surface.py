@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from patterndb.errors import NotFoundError
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.extras import EXTRAS, require_extra
 from patterndb_app.cli.options import (
     FileName,
@@ -244,7 +244,7 @@ def surface(
         )
     if thickness is not None and output is None:
         raise click.UsageError("--thickness is of the solid that -o writes; give -o FILE, too")
-    # Imported here because compiled kernels take a moment that --help need not wait for.
+    # Imported here because --help need not wait for it.
     from patterndb_sketch.surfacing import Settings, find_openings
     from patterndb_sketch.surfacing import surface as surface_of
     from patterndb_sketch.surfacing.networkfile import gives_cycles
@@ -259,9 +259,9 @@ def surface(
         say(note)
     _say_joins(drawing)
     given = drawing.network
-    started = read_work_clock()
+    started = perf_counter()
     cycles, found = _cycles(given, find_cycles, ban, keep)
-    seconds_finding = read_work_clock() - started
+    seconds_finding = perf_counter() - started
     if not cycles:
         raise NotFoundError(f"{network}: {_explain_nothing(given, found)}")
     notes = [*drawing.notes, *(() if found is None else found.notes)]
@@ -299,9 +299,9 @@ def surface(
         settings = replace(settings, area_price=None)
     patterns = METHODS[settings.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
-        started = read_work_clock()
+        started = perf_counter()
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
-        seconds = read_work_clock() - started
+        seconds = perf_counter() - started
     openings = find_openings(given, made.list_surfaced_cycles())
     solid = None if output is None else _write_output(output, made, thickness)
     if solid is not None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     AREA_PRICE,
@@ -104,12 +104,12 @@ def surface_loop(
     spacing: about how far inner vertices are apart. db: where quads come from. Never fails on
     a valid loop: the triangulation of least area always exists.
     """
-    started = read_work_clock()
+    started = perf_counter()
     method = METHODS[settings.method]
     if method.needs_database and db is None:
         method = METHODS[DEFAULT_METHOD]
     made = method.make(loop, settings, spacing, db)
-    return _measure(loop, made, read_work_clock() - started)
+    return _measure(loop, made, perf_counter() - started)
 
 
 def _measure(loop: Loop, made: MadeSurface, seconds: float) -> LoopSurface:

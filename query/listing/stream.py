@@ -18,7 +18,7 @@ import numpy as np
 
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import TimeLimitError
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.deadline import Alarm, begin_task, end_by, get_deadline
 from query.boundary import Boundary
 from query.ending import EndFlag, refuse_if_ended, wait_unless_ended
@@ -161,7 +161,7 @@ class Fills(Iterator[Fill]):
         return self
 
     def __next__(self) -> Fill:
-        begin = read_work_clock()
+        begin = perf_counter()
         self._begin_clock()
         try:
             # Statements of the database end a little later: the last, hurried fill may ask it.
@@ -171,16 +171,8 @@ class Fills(Iterator[Fill]):
             self._time_out(self._cancelled)
             self.cut_short = True
             raise StopIteration from None
-        except SystemError as error:
-            # What Ctrl-C becomes where it comes just as a kernel is called or loaded.
-            cause: BaseException | None = error
-            while isinstance(cause, SystemError):
-                cause = cause.__cause__
-            if isinstance(cause, KeyboardInterrupt):
-                raise cause from None
-            raise
         finally:
-            self.seconds += read_work_clock() - begin
+            self.seconds += perf_counter() - begin
         self._listed += 1
         return fill
 
@@ -341,7 +333,7 @@ class Fills(Iterator[Fill]):
             return
         self._begun = True
         limit = self._query.time_limit
-        mine = math.inf if limit is None else read_work_clock() + limit
+        mine = math.inf if limit is None else perf_counter() + limit
         self._deadline = min(mine, get_deadline())
         if self._deadline < math.inf:
             # Another thread sets the flag of kernels, which look at nothing else.
@@ -358,7 +350,7 @@ class Fills(Iterator[Fill]):
 
         alarm = Alarm(self._deadline, ring) if self._deadline < math.inf else None
         try:
-            if read_work_clock() >= self._deadline:
+            if perf_counter() >= self._deadline:
                 ring()
             with end_by(self._deadline):
                 yield
@@ -550,7 +542,7 @@ class Fills(Iterator[Fill]):
         number = 0
         while True:
             lanes = [ahead for ahead in lanes if ahead.bound is not None]
-            if self.stopped is None and read_work_clock() >= self._deadline:
+            if self.stopped is None and perf_counter() >= self._deadline:
                 self._time_out(self._cancelled)
             nearest = min(lanes, key=lambda ahead: ahead.bound or (), default=None)
             while waiting and (nearest is None or waiting[0][0] <= (nearest.bound or ())):

@@ -14,8 +14,6 @@ from pathlib import Path
 import pytest
 from shared import CHECKOUT
 
-from patterndb.system.kerneltypes import OWN_PACKAGES
-
 PACKAGES = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
 
 #: What each package may import of the others. The command line stands above them all; it, the
@@ -55,7 +53,7 @@ WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.formats")
 WORLDLY_MODULES += ("patterndb.notebook", "patterndb.system.shadows", "ingest.read")
 WORLDLY_MODULES += ("patterndb_sketch.retopo.arguments",)  # quotes values as JSON
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
-WORLDLY_MODULES += ("patterndb.store.starter", "patterndb.system.kernels", "ingest.pipeline")
+WORLDLY_MODULES += ("patterndb.store.starter", "ingest.pipeline")
 WORLDLY_MODULES += ("ingest.cluster",)  # processes and a network
 WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
 WORLDLY_MODULES += ("patterndb.system.archives", "patterndb.system.knownfiles")
@@ -76,14 +74,7 @@ WORLDLY_MODULES += (
     "patterndb_sketch.retopo.script",
 )
 
-WORLDLY_MODULES += (
-    "patterndb.system.kernellist",
-    "patterndb.system.kernelparts",
-    "patterndb.system.kernelpack",
-    "patterndb.system.compiledform",
-    "patterndb.system.mappedarrays",
-    "patterndb.system.warming",
-)
+WORLDLY_MODULES += ("patterndb.system.mappedarrays",)
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}
@@ -316,10 +307,6 @@ def test_a_class_has_a_name_of_its_own() -> None:
     assert not {name: where for name, where in places.items() if len(where) > 1}
 
 
-def test_kernels_count_the_constants_of_all_packages() -> None:
-    assert set(PACKAGES) == OWN_PACKAGES
-
-
 def _libraries(module: str) -> set[str]:
     return {name.partition(".")[0] for name in imports(module)}
 
@@ -329,7 +316,7 @@ def _libraries(module: str) -> set[str]:
     [
         (
             "import patterndb",
-            {"click", "pyvista", "matplotlib", "ortools", "numba", "httpx", "fastapi"},
+            {"click", "pyvista", "matplotlib", "ortools", "httpx", "fastapi"},
         ),
         (
             "import patterndb_app.cli",
@@ -338,9 +325,9 @@ def _libraries(module: str) -> set[str]:
         (
             "from patterndb_app.cli import cli as c; "
             "[c.get_command(c, v) for v in c.list_commands(c)]",
-            {"ingest", "viewer", "pyvista", "ortools", "numba"},
+            {"ingest", "viewer", "pyvista", "ortools"},
         ),
-        ("import ingest, ingest.formats", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
+        ("import ingest, ingest.formats", {"pyvista", "matplotlib", "pxr", "trimesh"}),
         ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),
         ("import viewer", {"pyvista", "vtkmodules", "matplotlib", "ortools", "ingest", "click"}),
     ],

@@ -101,36 +101,6 @@ def test_a_signal_ends_a_long_ingest(tmp_path: Path, meshes: list[Path]) -> None
     assert run("verify", "--db", db).code == 0
 
 
-def test_an_interrupt_that_a_kernel_disguises() -> None:
-    # Compiled code reports a Ctrl-C that came while it was loaded as an error of its own.
-    try:
-        try:
-            raise KeyboardInterrupt
-        except KeyboardInterrupt as cause:
-            raise SystemError("returned a result with an exception set") from cause
-    except SystemError as error:
-        assert was_interrupted(error)
-        assert explain(error) == 130
-    assert not was_interrupted(SystemError())
-
-
-def test_learning_takes_a_disguised_interrupt_for_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def load(*_: object) -> None:
-        try:
-            raise KeyboardInterrupt
-        except KeyboardInterrupt as cause:
-            raise SystemError("returned a result with an exception set") from cause
-
-    with patterndb.open(tmp_path / "a.db", "create") as database:
-        monkeypatch.setattr("ingest.pipeline._check", load)
-        assert patterndb.ingest(database, [EXAMPLES / "jug.obj"]).interrupted
-        monkeypatch.setattr("ingest.pipeline._check", lambda *_: int("no number of files"))
-        with pytest.raises(ValueError, match="no number"):
-            patterndb.ingest(database, [EXAMPLES / "jug.obj"])
-
-
 def test_an_interrupt_anywhere_else(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt

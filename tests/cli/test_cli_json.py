@@ -62,7 +62,6 @@ ASKED: dict[str, tuple[str, ...]] = {
     "remove": ("jug.obj --db a.db", "no.obj --db a.db"),
     "diff": ("a.db wrong.db",),
     "report": ("",),
-    "warmup": ("stats",),
     "surface": ("triangle.json -o out.obj --picture out.png", "triangle.json --cycles-only"),
     "retopo": (
         "--script jug.jsonl --db a.db -o out.obj --session out.retopo --record done.jsonl",

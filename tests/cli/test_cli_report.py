@@ -17,21 +17,13 @@ from patterndb_app.cli.failure import TRACEBACK
 def test_it_tells_what_is_there(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv(TRACEBACK, "1")
     monkeypatch.setenv("PATTERNDB_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setenv("PATTERNDB_KERNELS", str(tmp_path / "kernels"))
     document = run("report", "--json").document()
     assert document["program"]["patterndb"] == patterndb.__version__
     assert platform.python_version() in document["program"]["Python"]
-    for name in ("numpy", "numba", "llvmlite", "scipy", "click"):
+    for name in ("numpy", "scipy", "click"):
         assert document["packages"][name] == version(name)
     assert not {"pytest", "ruff"} & set(document["packages"]), "the developers' own tools"
     assert set(document["extras"]) == set(EXTRAS)
-    # A checkout has kernels that came along only once they were packed.
-    shipped = document["kernels"].pop("shipped", "0 in use")
-    assert shipped.endswith("in use")
-    assert document["kernels"] == {
-        "folder": str(tmp_path / "kernels"),
-        "kept": "0 files, 0.0 MB",
-    }
     assert str(tmp_path / "cache") in document["cache folders"]["1."]
     assert "not there" in document["cache folders"]["1."]
     assert document["variables"][TRACEBACK] == "1"

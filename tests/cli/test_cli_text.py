@@ -22,7 +22,6 @@ VERBS = (
     "export",
     "diff",
     "report",
-    "warmup",
     "holes",
     "serve",
     "stats",

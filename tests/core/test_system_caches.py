@@ -13,17 +13,14 @@ import numpy as np
 import pytest
 
 from patterndb.store import starter
-from patterndb.system import caches, kernels
+from patterndb.system import caches
 from patterndb.system.caches import (
-    KERNELS_VARIABLE,
     is_trusted,
-    kernel_folder,
     make_trusted,
     read_cached,
     write_cached,
 )
 from patterndb.system.files import UNFINISHED, remove_unfinished, replace_file
-from patterndb.system.kernels import kernel
 from patterndb.system.mappedarrays import ArrayShelf
 
 #: Another user, and a group that is nobody's own.
@@ -150,33 +147,6 @@ class TestAnotherUser:
         ours = theirs / "arrays"
         ours.mkdir(mode=0o700)
         assert not is_trusted(ours) and not make_trusted(ours)
-
-    def test_their_kernels_are_not_loaded(
-        self, theirs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
-        def halve(x: float) -> float:
-            return x / 2
-
-        monkeypatch.setattr(kernels, "_loaded", {})
-        monkeypatch.setenv(KERNELS_VARIABLE, str(tmp_path / "own"))
-        assert kernel(halve)(3.0) == 1.5
-        kept = [path for path in (tmp_path / "own").rglob("*") if path.is_file()]
-        assert kept
-        # The same files, as another user's: they would be found by their names and add up.
-        for path in kept:
-            put(theirs / "kernels" / path.relative_to(tmp_path / "own"), path.read_bytes())
-        for planted in (theirs / "kernels").rglob("*"):
-            os.chown(planted, OTHER, OTHER)
-        os.chown(theirs / "kernels", OTHER, OTHER)
-        for named in (None, str(theirs / "kernels")):
-            if named is None:
-                monkeypatch.delenv(KERNELS_VARIABLE)
-            else:
-                monkeypatch.setenv(KERNELS_VARIABLE, named)
-            assert kernel_folder() is None
-            monkeypatch.setattr(kernels, "_loaded", {})
-            again: Any = kernel(halve)
-            assert again(3.0) == 1.5 and not again.stats.cache_hits
 
     def test_their_arrays_are_not_mapped(
         self, theirs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -94,26 +94,9 @@ def test_who_waits_for_a_measure_is_let_go(by_limit: bool, monkeypatch: pytest.M
         release.set()
 
 
-def test_an_interrupt_that_a_kernel_disguises_is_one() -> None:
-    def search() -> Iterator[Fill]:
-        try:
-            try:
-                raise KeyboardInterrupt
-            except KeyboardInterrupt as cause:
-                raise SystemError("returned a result with an exception set") from cause
-        except SystemError as cause:
-            raise SystemError("returned a result with an exception set") from cause
-        yield
-
-    stream = query.fills(Source(), (4, 4, 4, 4))
-    stream._source = search()
-    with pytest.raises(KeyboardInterrupt):
-        next(stream)
-
-
 @pytest.mark.parametrize("options", [{}, {"strict": True}, LEARNED], ids=str)
 def test_whoever_has_no_time_still_gets_a_fill(options: dict[str, object]) -> None:
-    # Kernels and tables are there; what is loaded once takes longer than the list may be late.
+    # Tables are there; what is loaded once takes longer than the list may be late.
     assert next(query.fills(Source(), (5, 4, 6, 3, 4), **options), None)  # pyright: ignore
     stream = query.fills(Source(), (5, 4, 6, 3, 4), time_limit=1e-9, limit=None, **options)  # pyright: ignore
     time.sleep(0.01)

@@ -8,7 +8,7 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
 
 from patterndb.store import Database
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb_sketch.surfacing.edits import Key, renumber_cycle
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.openings import Openings, find_openings
@@ -143,14 +143,14 @@ class SurfaceMaker:
 
     def _make(self, wish: Wish) -> Made:
         # This is the one thread that makes: nobody else writes to what is known.
-        started = read_work_clock()
+        started = perf_counter()
         cycles, notes = self._cycles(wish)
-        finding = read_work_clock() - started
+        finding = perf_counter() - started
         banned = {cycle.key for cycle in wish.banned}
         on = [c for c in cycles if wish.whole(c).key not in banned]
-        started = read_work_clock()
+        started = perf_counter()
         surfacing, body = self._surfaced(wish, on, wish.settings, wish.methods)
-        seconds = read_work_clock() - started
+        seconds = perf_counter() - started
         # Quads would change the edges of curves; an outline needs none.
         plain = replace(wish.settings, method="chords", fair=False)
         off, off_body = self._surfaced(wish, wish.here(wish.banned), plain, {})

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.leastarea import tabulate_areas_around
 from patterndb.geometry.points import Points
-from patterndb.system.compiling import read_work_clock
+from time import perf_counter
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.candidates import (
     SAME,
@@ -116,12 +116,12 @@ def decompose(
     planar = is_planar(loop.points)
     if area_price is not None and not planar:
         worth = worth[find_affordable(loop.points, worth, area_price)]
-    started = read_work_clock()
+    started = perf_counter()
     kept = worth if planar else keep_within_budget(loop.points, worth, max_subproblems)
     exhausted = len(worth) - len(kept) > MOST_DROPPED * len(worth)
     if exhausted:
         kept = kept[:0]
-    counted = read_work_clock() - started
+    counted = perf_counter() - started
     cuts = search_cuts(loop.points, kept, alpha, flatness)
     return Decomposition(
         candidates=worth,

@@ -19,16 +19,21 @@ mod viewer;
 
 use pyo3::prelude::*;
 
-/// Add a submodule and return it.
+/// Add a submodule, from which Python can import, and return it.
 fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<'py, PyModule>> {
-    let made = PyModule::new(parent.py(), name)?;
-    parent.add_submodule(&made)?;
+    let full = format!("{}.{name}", parent.name()?);
+    let made = PyModule::new(parent.py(), &full)?;
+    parent.add(name, &made)?;
+    // Without this only attributes of the parent could be imported, no names of the module.
+    let modules = parent.py().import("sys")?.getattr("modules")?;
+    modules.set_item(full, &made)?;
     Ok(made)
 }
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     arrays::keep_places_of_panics();
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     core::add(&add_module(module, "core")?)?;
     features::add(&add_module(module, "features")?)?;
     geometry::add(&add_module(module, "geometry")?)?;
