@@ -7,7 +7,7 @@ Forty questions to the starter database that a search could spend minutes or for
 strokes, boundaries with reflex corners, CP-SAT as the solver, long sides, many sides, families.
 Each is asked in a process of its own, three times: with a time limit, with cancel() called by
 another thread, and with SIGINT sent to the process. Written down is how many seconds after the
-moment the question had ended, with kernels compiled and tables loaded before, and how many seconds
+moment the question had ended, with tables loaded before, and how many seconds
 of the processor it took for that: a machine that has other work to do ends everything late.
 
 With --commands, the commands of the command line are run instead, whole processes: one after the
@@ -199,7 +199,7 @@ def ask(database: patterndb.Database, question: HardQuestion, **more: Any) -> An
 
 
 def warm_up(database: patterndb.Database, question: HardQuestion) -> None:
-    """Load tables and kernels by easy questions of the same kind."""
+    """Load tables by easy questions of the same kind."""
     n = question.boundary.n_sides
     easy = Boundary.closed(8) if n == 0 else Boundary((4,) * n, question.boundary.corners)
     points = question.boundary.points is not None
@@ -221,7 +221,7 @@ def _work(number: int, way: str, seconds: float, results: Connection) -> None:
     # A shell that runs this in the background has it ignored.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     with patterndb.open() as database:
-        # What is compiled and loaded once is not the question's time.
+        # What is loaded once is not the question's time.
         warm_up(database, question)
         results.send(time.monotonic())
         more = {"time_limit": seconds} if way == "limit" else {}

@@ -6,7 +6,7 @@
 Finds the cycles of all CASSIE networks and cuts each by chords; then the same with synthetic
 strips that have as many sub-problems as the patches of the paper's Table 1, and more. The
 baseline is a throw-away program that searches with a hash table; it gets the same candidates, up
-to 64 ends, and its cost is compared. Times are the best of some repeats, kernels compiled
+to 64 ends, and its cost is compared. Times are the best of some repeats
 before. Prints Markdown for RESULTS.md.
 """
 

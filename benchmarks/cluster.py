@@ -71,7 +71,7 @@ def start_cluster(stack: ExitStack, workers: int, folder: Path) -> str:
 def learn_best(
     files: list[Path], options: LearningOptions, folder: Path, **how: Any
 ) -> tuple[str, float]:
-    """Learn the meshes twice, the first time of which compiles what is not compiled yet; return the
+    """Learn the meshes twice, the first time of which loads modules; return the
     hash, and the seconds of the faster run."""
     runs = [learn(files, options, folder, **how) for _ in range(2)]
     assert runs[0][0] == runs[1][0], "the same meshes gave two hashes"

@@ -154,7 +154,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     chance = random.Random(arguments.seed)
-    # Kernels are compiled, and tables made, before any clock runs.
+    # Tables are made before any clock runs.
     for n_reflex in (0, 2):
         list(construct_fills(boundary(chance, 12, n_reflex, 1), FamilyLookup.shared()))
     for shortest in (1, 2):

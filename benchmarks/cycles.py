@@ -29,7 +29,7 @@ found is met if it is around two or three found cycles that hang together:
     right: found cycles that match or are part of what is so met / found cycles.
 
 The constants were set by hand on all sketches, coarsely; "even" and "odd" are the means over
-every second sketch by name. Seconds are CPU time of one run each, the kernels compiled before.
+every second sketch by name. Seconds are CPU time of one run each.
 Prints Markdown for RESULTS.md.
 """
 

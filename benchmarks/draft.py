@@ -4,7 +4,7 @@
         [--peers PYTHON] [--meshes FOLDER] SURFACE.obj ...
 
 Every draft is a whole process, `patterndb retopo SURFACE --draft`, after one that is not counted
-(kernels are compiled, the database unpacked); CPU seconds are user and system time, with the start.
+(the database is unpacked); CPU seconds are user and system time, with the start.
 Peers run in another Python (`--peers`) that has pyQuadriFlow and pyinstantmeshes, which are no
 dependencies; their CPU seconds are of the call alone. With --quads all are asked for as many quads;
 else the draft has edges of a share of the diagonal, and the peers are asked for as many quads as it

@@ -2,8 +2,8 @@
 
     python benchmarks/draft_meshes.py --shared ../shared [--all] [FILE.obj ...]
 
-Each mesh is cut into triangles and drafted at the default edge, after one for nothing (kernels are
-compiled, the database unpacked). A draft is done if every patch has quads, none is flipped and no
+Each mesh is cut into triangles and drafted at the default edge, after one for nothing (the
+database is unpacked). A draft is done if every patch has quads, none is flipped and no
 edge tangled, the quads are within 2 % of the diagonal both ways, open edges lie along the rims of
 the surface and rims along open edges (that is what "rims" measures: the greatest distance, in
 percent), and the Euler number is the surface's, parted where it touches itself. What is not is

@@ -114,7 +114,7 @@ def beside_scipy(
         i, j = (ends.astype(np.int32) for ends in np.nonzero(np.triu(joined)))
         closed, flow = np.zeros(len(i), np.bool_), np.empty((2, len(i)), np.int32)
         scratch = np.empty((5, n), np.int32)
-        find_transport(slack, i, j, len(i), closed, flow, scratch)  # compiles
+        find_transport(slack, i, j, len(i), closed, flow, scratch)
         begin = time.perf_counter()
         met = find_transport(slack, i, j, len(i), closed, flow, scratch)
         kernel.append(time.perf_counter() - begin)

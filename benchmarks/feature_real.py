@@ -128,7 +128,7 @@ def strokes_table(data: Path, soup: bool) -> None:
             print(f"{name} is left out: it is not in {data}", file=sys.stderr)
             continue
         model, strokes = Model.from_polygons(read_mesh(mesh)), read_strokes(path)
-        # Kernels are compiled by their first use.
+        # The first use loads modules.
         snap(model, strokes[0].points, strokes[0].settings)
         print(row(name, model, strokes, soup), flush=True)
 

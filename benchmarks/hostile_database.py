@@ -57,7 +57,7 @@ MEMORY = Path("/dev/shm")
 HANG_SECONDS = 5.0
 #: Seconds by the clock, for what hangs without working.
 STUCK_SECONDS = 300.0
-#: Seconds until a process has its kernels and has asked the sound ones.
+#: Seconds until a process has started and has asked the sound ones.
 START_SECONDS = 180.0
 
 TABLES = ("mesh", "pattern", "occurrence", "usage", "tally", "signature", "handedness")
@@ -344,7 +344,7 @@ def run(n_files: int, seed: int, ways: list[str] | None = None) -> dict[str, obj
             theirs.close()
             done = 0
             try:
-                # The first word waits for the interpreter and the kernels.
+                # The first word waits for the interpreter.
                 if not mine.poll(START_SECONDS) or mine.recv() is not None:
                     raise RuntimeError("the sound databases cannot be asked")
                 while done < len(batch) and mine.poll(STUCK_SECONDS):

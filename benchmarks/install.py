@@ -10,8 +10,7 @@ sqlite-utils with datasette, trimesh, and pyvista, each with a first answer of i
 - download: megabytes of the wheels that ``pip download`` fetches.
 - installed: megabytes in site-packages, byte code included, without pip and setuptools.
 - first answer: wall and CPU seconds of a first run in that environment, of all its processes; what
-  patterndb compiles and unpacks is in it. again: the same a second time.
-- kernels: files in the folder of compiled kernels after the first run.
+  patterndb unpacks is in it. again: the same a second time.
 - memory: the greatest resident set of a process of the first run, in megabytes.
 """
 
@@ -115,20 +114,17 @@ def measure_row(row: Row, root: Path, python: str) -> str:
     )
     names = [n for line in listed.stdout.split() if (n := line.split("=")[0]) not in TOOLS]
     (site,) = (venv / "lib").glob("python3.*/site-packages")
-    kernels = folder / "kernels"
     environment = plain | {
         "PATH": f"{venv / 'bin'}{os.pathsep}{plain['PATH']}",
         "PATTERNDB_CACHE": str(folder / "cache"),
-        "PATTERNDB_KERNELS": str(kernels),
     }
     first = measure(row.answer, work, environment)
     again = measure(row.answer, work, environment)
     # After the first run, which writes what byte code pip has not.
     installed = sum_megabytes(site, without=TOOLS)
-    kept = sum(path.is_file() for path in kernels.rglob("*")) if kernels.is_dir() else "-"
     return (
         f"| {row.name} | {sum_megabytes(wheels):.0f} | {installed:.0f} | {len(names)} | "
-        f"{installing:.0f} | {first.wall:.1f} | {first.cpu:.1f} | {again.wall:.1f} | {kept} | "
+        f"{installing:.0f} | {first.wall:.1f} | {first.cpu:.1f} | {again.wall:.1f} | "
         f"{first.memory:.0f} |"
     )
 
@@ -155,7 +151,7 @@ def main() -> None:
     )
     print(
         "| environment | download MB | installed MB | packages | installing s | first answer s | "
-        "CPU s | again s | kernels | memory MB |"
+        "CPU s | again s | memory MB |"
     )
     print("|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|", flush=True)
     for row in rows:

@@ -277,7 +277,7 @@ class DatabaseKills:
         for way in ways:
             shutil.copy(self._source(way), self.path)
             before = tell_content(folder / "sound.db")
-            # The first time loads kernels, which the forks then have.
+            # The first time loads modules, which the forks then have.
             WAYS[way](self.path, folder)
             self.allowed[way] = {before, tell_content(self.path)}
             if way == "uses":

@@ -129,7 +129,7 @@ def main() -> int:
     arguments = parser.parse_args()
     chance = random.Random(arguments.seed)
 
-    # Load the kernels here, without starting a thread: a fork would not take it along.
+    # Load all modules here, without starting a thread: a fork would not take it along.
     learn(read_mesh(EXAMPLES[0]).quads()[0], OPTIONS)
     started = runs = finished = 0
     killed: Counter[str] = Counter()

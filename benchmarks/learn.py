@@ -3,7 +3,7 @@
     python benchmarks/learn.py ../shared/data/meshes --baseline ../shared/prototypes/baseline.py
 
 The baseline learns the same meshes on one core and stores nothing; ours runs on all cores and
-ends with a database. Kernels are compiled before either is timed. Then the same command runs
+ends with a database. Then the same command runs
 once more (nothing may change), and patterns per number of sides are set beside the paper's
 Table 1. Prints Markdown for RESULTS.md.
 """

@@ -126,16 +126,6 @@ def cases(
     return found, anew
 
 
-def compile_kernels(surface: Surface, db: patterndb.Database, chance: np.random.Generator) -> None:
-    """Place a fill on the surface, and one that has to be untangled."""
-    cases(surface, db, 1, chance)
-    notch = np.array([[0, 0, 0], [8, 0, 0], [8, 4, 0], [4, 0.4, 0], [0, 4, 0]])
-    sides = [notch[[0, 1]], notch[[1, 2]], notch[[2, 3, 4]], notch[[4, 0]]]
-    boundary = Boundary.from_polylines(sides, lengths=(8, 4, 8, 4))
-    assert boundary.points is not None
-    place(next(iter(fills(db, boundary, limit=1))), boundary.points)
-
-
 def row(name: str, surface: Surface, found: list[Case], anew: int) -> str:
     flips = sum(len(case.placement.flipped) for case in found)
     wrong = sum(len(case.placement.flipped) > 0 for case in found)
@@ -195,7 +185,7 @@ def main() -> None:
             surface = Surface.from_polygons(read_mesh(path))
             chance = np.random.default_rng(arguments.seed)
             if path == paths[0]:
-                compile_kernels(surface, db, chance)
+                cases(surface, db, 1, chance)  # the database is read
             found, anew = cases(surface, db, arguments.count, chance)
             print(row(path.stem, surface, found, anew), flush=True)
         print("\n" + fast_path(db))

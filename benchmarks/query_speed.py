@@ -2,7 +2,7 @@
 
     python benchmarks/query_speed.py --db all.db
 
-Classes are in memory, kernels compiled. For each boundary: all patterns that fit strictly, the
+Classes are in memory. For each boundary: all patterns that fit strictly, the
 first fill, the first 100 fills in the default order (ranked and expanded), and the same with two
 strokes, which are strands of one of the fills. Beside it CP-SAT decides systems of the same
 patterns and boundaries, one worker each, one after the other. Last, how long a query that is

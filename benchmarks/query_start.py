@@ -36,7 +36,7 @@ def main() -> None:
     query = [sys.executable, "-m", "patterndb", "query", "--sides", arguments.sides]
     query += ["--limit", str(arguments.limit), "--db", str(arguments.db), "--json"]
     imports = [sys.executable, "-c", IMPORTS]
-    timed(query)  # compiles the kernels, and brings the files into memory
+    timed(query)  # brings the files into memory
     whole, bare = [], []
     out = ""
     for _ in range(arguments.runs):

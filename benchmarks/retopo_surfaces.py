@@ -130,7 +130,7 @@ def main() -> None:
     options = parser.parse_args()
     data = options.shared / "data"
     names = options.names or [path.stem for path in sorted(SCRIPTS.glob("*.jsonl"))]
-    # Once for nothing: kernels are compiled, and the database is unpacked.
+    # Once for nothing: the database is unpacked.
     first = played(SCRIPTS / f"{names[0]}.jsonl", data)
     if first is not None:
         print(HEAD)

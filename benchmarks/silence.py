@@ -2,8 +2,7 @@
 
     python benchmarks/silence.py "patterndb query --sides 3,5,4,6" ["patterndb stats" ...]
 
-Each command is run by a shell in a new, empty folder with an empty cache folder of its own, so that
-what is not shipped is compiled; with --together they share both, as the lines of a page do. It sees
+Each command is run by a shell in a new, empty folder with an empty cache folder of its own; with --together they share both, as the lines of a page do. It sees
 a terminal. A silence is a stretch without a byte on that, from the start to the end of the process.
 """
 
@@ -27,7 +26,6 @@ def measure(command: str, folder: str) -> tuple[float, float, float, int, str]:
         "PATTERNDB_CACHE": os.path.join(folder, "cache"),  # noqa: PTH118
         "PYTHONUNBUFFERED": "1",
     }
-    environment.pop("PATTERNDB_KERNELS", None)
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     began = last = time.monotonic()
     silent = 0.0

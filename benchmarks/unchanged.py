@@ -647,8 +647,6 @@ def prepare_bench(shared: Path, work: Path, seed: int) -> Bench:
     code = Path(found.stdout.strip()).resolve().parents[1]
     digest = hash_code(code)
     print(f"code: {code}, digest {digest[:16]}", file=sys.stderr)
-    # Compiled kernels go by their content: those of other runs serve here too.
-    environment.setdefault("PATTERNDB_KERNELS", str(Path.home() / ".cache/patterndb/kernels"))
     environment.setdefault("PATTERNDB_CACHE", str(work / f"cache-{digest[:16]}"))
     bench = Bench(shared, work, seed, digest, environment)
     # The starter database and the complete family are made once, before anything is recorded.
@@ -660,6 +658,7 @@ def hash_code(root: Path) -> str:
     """Hash the sources of all packages in a folder, and the database's schema."""
     packages = [path.parent for path in root.glob("*/__init__.py")]
     sources = [path for package in packages for path in package.rglob("*.py")]
+    sources += root.glob("patterndb/_native*.so")
     total = hashlib.sha256()
     for path in sorted([*sources, *root.glob("schema.sql")]):
         total.update(f"{path.relative_to(root).as_posix()}\n".encode())

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from patterndb.system.version import __version__
 
 from ingest.learning import MeshLearning, Tally, merge_tallies
 from patterndb.core.code import pattern_ids
@@ -24,7 +25,6 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import PackedRows
 from patterndb.errors import ClusterError
 from patterndb.store.records import Learned, LearningOptions, take_patterns
-from patterndb.system.version import __version__
 
 RecordT = TypeVar("RecordT", Tally, Learned)
 

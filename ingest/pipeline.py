@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, field
 from pathlib import Path
+from time import perf_counter
 from typing import Literal
 
 from numpy.typing import ArrayLike
@@ -22,7 +23,6 @@ from ingest.formats import ReadLimits, load_file, parse
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, MeshFileError
 from patterndb.store import Database, Learned, LearningOptions, Provenance
-from time import perf_counter
 
 Outcome = Literal["learned", "replaced", "unchanged", "updated", "no quads"]
 

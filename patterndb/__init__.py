@@ -20,7 +20,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
 
-from patterndb._native import __version__ as __version__
+try:
+    from patterndb._native import __version__ as __version__
+except ModuleNotFoundError:
+    raise ModuleNotFoundError(
+        "the compiled core of patterndb is missing: a clone is built by 'make', or by "
+        "'python -m pip install --editable .'",
+        name="patterndb._native",
+    ) from None
 from patterndb.core.showing import Suffix, draw_by
 from patterndb.errors import PatternDBError
 from patterndb.system.latenames import load_late

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Sequence
+from time import perf_counter
 from typing import Literal, Protocol
 
 import numpy as np
 
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
-from time import perf_counter
 from patterndb.system.deadline import end_by
 from patterndb.system.numbers import MOST_EDGES
 from query.boundary import Boundary

@@ -2,9 +2,9 @@
 
     python scripts/find_cargo.py
 
-Silent where ``cargo`` is on the PATH and new enough. Where it is missing, pip gets a toolchain of its
-own for the build, from static.rust-lang.org into the user's cache folder (puccinialin): this
-says so. Exits with 1, before anything is downloaded, where neither can be.
+Silent where ``cargo`` is on the PATH and new enough. Where it is missing, pip gets a toolchain of
+its own for the build, from static.rust-lang.org into the user's cache folder (puccinialin): this says
+so. Exits with 1, before anything is downloaded, where neither can be.
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ def main() -> None:
             f"static.rust-lang.org cannot be reached ({error}).\n{ways}"
         )
     print(
-        "no cargo on the PATH: pip gets a Rust toolchain for the build, once (660 MB, in the folder "
-        "puccinialin of your cache folder)",
+        "no cargo on the PATH: pip gets a Rust toolchain for the build, once (660 MB, in the "
+        "folder puccinialin of your cache folder)",
         flush=True,
     )
 

@@ -18,10 +18,10 @@ from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from functools import cache
 from itertools import count
+from time import perf_counter
 from typing import Any, TypeVar
 
 from patterndb.errors import TimeLimitError
-from time import perf_counter
 
 T = TypeVar("T")
 
@@ -133,8 +133,8 @@ def has_tasks_left() -> bool:
 class Alarm:
     """Has a function called at a moment, unless it is called off.
 
-    For compiled functions, which look at nothing but a flag that someone must set. ``ring`` is called in the
-    one thread that waits for all alarms, so it must do no more than that.
+    For compiled functions, which look at nothing but a flag that someone must set. ``ring`` is
+    called in the one thread that waits for all alarms, so it must do no more than that.
     """
 
     def __init__(self, moment: float, ring: Callable[[], None]) -> None:

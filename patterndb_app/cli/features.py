@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import radians
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
 from patterndb.errors import NotFoundError
-from time import perf_counter
 from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from patterndb.errors import InvalidBoundaryError
-from time import perf_counter
 from patterndb.system.deadline import run_until_late
 from patterndb_app.cli.options import (
     OBJ,

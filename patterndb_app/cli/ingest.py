@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from patterndb.errors import MeshFileError, NotFoundError
-from time import perf_counter
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.database import count_patterns, leaving_no_empty_database
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable

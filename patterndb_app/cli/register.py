@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 import numpy as np
 
-from time import perf_counter
 from patterndb_app.cli.obj import write_faces
 from patterndb_app.cli.options import (
     OBJ,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import click
 
-from time import perf_counter
 from patterndb.system.extras import require_extra
 from patterndb.system.files import open_regular
 from patterndb.system.knownfiles import KnownFiles

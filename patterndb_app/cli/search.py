@@ -7,12 +7,12 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
 
 import click
 
 from patterndb.errors import NotFoundError
-from time import perf_counter
 from patterndb.system.deadline import get_deadline, is_late
 from patterndb.system.extras import require_extra
 from patterndb.system.numbers import MOST_EDGES

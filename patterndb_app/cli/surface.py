@@ -7,12 +7,12 @@ from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from patterndb.errors import NotFoundError
-from time import perf_counter
 from patterndb.system.extras import EXTRAS, require_extra
 from patterndb_app.cli.options import (
     FileName,

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from time import perf_counter
 
 import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
-from time import perf_counter
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     AREA_PRICE,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, takewhile
+from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, TimeLimitError
-from time import perf_counter
 from patterndb.system.deadline import end_by, get_deadline, is_late, run_until_late
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary
 from query.caprequest import LEAST_TENSION, CapRequest, Shape

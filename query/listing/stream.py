@@ -12,13 +12,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import TimeLimitError
-from time import perf_counter
 from patterndb.system.deadline import Alarm, begin_task, end_by, get_deadline
 from query.boundary import Boundary
 from query.ending import EndFlag, refuse_if_ended, wait_unless_ended

@@ -12,10 +12,8 @@ import pytest
 from commandline import PROGRAM, SMALL, content_hash, mesh_names, run
 from shared import EXAMPLES
 
-import patterndb
 from ingest import MeshReport
 from patterndb_app.cli import cli
-from patterndb_app.cli.failure import explain, was_interrupted
 from patterndb_app.cli.ingest import LearningProgress
 
 

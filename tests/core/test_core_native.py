@@ -11,10 +11,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
+from patterndb._native.core.halfedge import fans
 
 import patterndb
 from patterndb import _native
-from patterndb._native.core.halfedge import fans
 
 STUBS = Path(patterndb.__file__).parent / "_native"
 

@@ -124,7 +124,6 @@ class TestAnotherUser:
 
     @pytest.fixture(autouse=True)
     def _one_folder(self, theirs: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.delenv(KERNELS_VARIABLE, raising=False)
         monkeypatch.delenv("PATTERNDB_CACHE", raising=False)
         monkeypatch.setattr(caches, "cache_folders", lambda: [theirs])
         for module in ("patterndb.store.starter", "patterndb.system.mappedarrays"):

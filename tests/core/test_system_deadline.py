@@ -8,13 +8,13 @@ import multiprocessing
 import sys
 import threading
 import weakref
+from time import perf_counter
 
 import pytest
 
 import patterndb
 from patterndb.errors import TimeLimitError
 from patterndb.store import Database
-from time import perf_counter
 from patterndb.system.deadline import (
     Alarm,
     end_by,

@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from time import perf_counter
 
 import pytest
 from learnt import OPTIONS, content
@@ -20,7 +21,6 @@ from learnt import OPTIONS, content
 from ingest import ingest
 from patterndb.errors import DatabaseError, TimeLimitError
 from patterndb.store import Database, connection
-from time import perf_counter
 from patterndb.system.deadline import end_by
 from query import fills
 

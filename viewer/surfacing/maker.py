@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
+from time import perf_counter
 
 from patterndb.store import Database
-from time import perf_counter
 from patterndb_sketch.surfacing.edits import Key, renumber_cycle
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.openings import Openings, find_openings

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from time import perf_counter
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.leastarea import tabulate_areas_around
 from patterndb.geometry.points import Points
-from time import perf_counter
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.candidates import (
     SAME,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from time import perf_counter
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.flatness import (
     N_MOMENTS,
