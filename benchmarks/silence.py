@@ -2,8 +2,9 @@
 
     python benchmarks/silence.py "patterndb query --sides 3,5,4,6" ["patterndb stats" ...]
 
-Each command is run by a shell in a new, empty folder with an empty cache folder of its own; with --together they share both, as the lines of a page do. It sees
-a terminal. A silence is a stretch without a byte on that, from the start to the end of the process.
+Each command is run by a shell in a new, empty folder with an empty cache folder of its own; with
+--together they share both, as the lines of a page do. It sees a terminal. A silence is a stretch
+without a byte on that, from the start to the end of the process.
 """
 
 from __future__ import annotations

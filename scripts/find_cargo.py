@@ -3,7 +3,7 @@
     python scripts/find_cargo.py
 
 Silent where ``cargo`` is on the PATH and new enough. Where it is missing, pip gets a toolchain of
-its own for the build, from static.rust-lang.org into the user's cache folder (puccinialin): this says
+its own for the build, from static.rust-lang.org into the cache folder (puccinialin): this says
 so. Exits with 1, before anything is downloaded, where neither can be.
 """
 
