@@ -40,8 +40,8 @@ const WRONG_SIDE: f64 = 1e4;
 ///
 /// Differs from the paper: it has "at most one switch" alone, which lets interior pixels go (no
 /// switch at all); and a pixel whose one background neighbour is across a corner would become a
-/// hole. Sides, not corners, join background; corners join foreground. `MAY_GO` in Python's
-/// `raster` is the same table.
+/// hole. Sides, not corners, join background; corners join foreground. `MAY_GO` in
+/// `patterndb_sketch.features.ribs.raster` is the same table.
 const MAY_GO: [bool; 256] = {
     let mut rules = [false; 256];
     let mut ring = 0;

@@ -4,7 +4,7 @@
 //! takes that off. Ends that face each other are joined as the surfaces on both sides go on:
 //! [`bridge_gaps`]. [`mend_segments`] does both in turn.
 //!
-//! `SHARPEST`, `GAP`, `OVERHANG` and `TOUCH` in Python's `repair` are the same as here.
+//! `SHARPEST`, `GAP` and `OVERHANG` in `patterndb_sketch.features.ribs.repair` are the same as here.
 
 use patterndb_geometry::vector::{max, min};
 

@@ -8,7 +8,7 @@ use patterndb_geometry::vector::{dot, max, subtract};
 use super::{Edge, Place, Segments};
 
 /// The key of an end that is not on a mesh edge, but where the circle cuts the edge off. `RIM` in
-/// Python's `slicing` is the same.
+/// `patterndb_sketch.features.ribs.slicing` is the same.
 const RIM: i64 = -1;
 
 /// A plane with its frame: an origin, and the axes x, y and the unit normal.

@@ -7,14 +7,13 @@ use super::crossings::{Owned, find_crossing, find_foot, list_edges};
 use super::raster::{Cells, Picture, Pixel, render_edges};
 use super::{Edge, Place, Segments, advance, distance, edge, vector};
 
-/// Pixels of the whole picture, and of a cell's side; from the paper, section 4.3.2. `WIDTH`,
-/// `HEIGHT` and `CELL` in Python's `raster` are the same.
+/// Pixels of the whole picture, and of a cell's side; from the paper, section 4.3.2.
 const WIDTH: f64 = 800.0;
 const HEIGHT: f64 = 600.0;
 const CELL: usize = 8;
 
-/// Pixels left free at every side, so that dilation never meets the border. `MARGIN` in Python's
-/// `raster` is the same.
+/// Pixels left free at every side, so that dilation never meets the border. `MARGIN` in
+/// `patterndb_sketch.features.ribs.raster` is the same.
 pub(super) const MARGIN: usize = 12;
 
 /// Pixels by which a segment may run ahead of the contour from one of its pixels to the next,
@@ -36,7 +35,7 @@ const LEAVING: usize = 12;
 /// Contour pixels looked back, and ahead, at a change between segments: half of the picture.
 pub(super) const LOOK: usize = 400;
 
-/// How a walk ends. Python's `walking` has the same numbers.
+/// How a walk ends. `patterndb_sketch.features.ribs.walking` has the same numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
     /// Where it began.
