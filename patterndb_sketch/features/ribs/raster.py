@@ -21,7 +21,8 @@ Picture = NDArray[np.uint64]
 #: Pixels of the whole picture, and of a cell's side; from the paper, section 4.3.2.
 WIDTH, HEIGHT, CELL = 800, 600, 8
 
-#: Pixels left free at every side, so that dilation never meets the border.
+#: Pixels left free at every side, so that dilation never meets the border. ``MARGIN`` in
+#: rust/features/src/ribs/walking.rs is the same.
 MARGIN = 12
 
 _ONE = np.uint64(1)
@@ -60,7 +61,8 @@ def _ring_rules() -> NDArray[np.bool_]:
 
 #: Differs from the paper: it has "at most one switch" alone, which lets interior pixels go (no
 #: switch at all); and a pixel whose one background neighbour is across a corner would become a
-#: hole. Sides, not corners, join background; corners join foreground.
+#: hole. Sides, not corners, join background; corners join foreground. ``MAY_GO`` in
+#: rust/features/src/ribs/raster.rs is the same table.
 MAY_GO = _ring_rules()
 
 

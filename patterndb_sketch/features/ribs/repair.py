@@ -18,6 +18,8 @@ from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.crossings import find_foot, find_nearest_segment, group_segments
 from patterndb_sketch.features.ribs.slicing import chain_ends, stitch_segments
 
+#: SHARPEST, GAP and OVERHANG in rust/features/src/ribs/repair.rs are the same as here.
+
 #: The direction of an end is taken over this share of the gap.
 SPAN = 0.25
 

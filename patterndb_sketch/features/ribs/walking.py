@@ -49,7 +49,7 @@ LEAVING = 12
 LOOK = 400
 
 #: How a walk ends: where it began, at the circle, at the free end of a sheet, or where it meets
-#: itself.
+#: itself. ``Ended`` in rust/features/src/ribs/walking.rs has the same numbers.
 AROUND, RIM_MET, SHEET_END, MET_ITSELF = 0, 1, 2, 3
 
 #: Runs along segments: (r,) segments, (r,) places where they begin, (r,) where they end.
