@@ -253,20 +253,24 @@ impl Triangles<'_> {
     /// Return which of the first `n` triangles holds a place, walking there from one of them; None
     /// if none does.
     fn find_triangle(&self, at: &[Place], n: usize, place: &Place, first: usize) -> Option<usize> {
-        let is_left = |h: usize| {
-            let (from, to) = (&at[self.tail(h)], &at[self.tail(following(h))]);
-            turn([from, to, place]) >= 0
+        let triangles = &self.tail.as_chunks().0[..n];
+        let turns = |corners: &[i64; 3]| {
+            let [a, b, c] = corners.map(|corner| &at[corner as usize]);
+            [[a, b], [b, c], [c, a]].map(|[from, to]| turn([from, to, place]))
         };
         let mut t = first;
         for _ in 0..n {
-            let Some(h) = (3 * t..3 * t + 3).find(|&h| !is_left(h)) else {
+            let Some(e) = turns(&triangles[t]).iter().position(|&turn| turn < 0) else {
                 return Some(t);
             };
-            let Some(beyond) = self.twin(h) else { break };
+            let Some(beyond) = self.twin(3 * t + e) else {
+                break;
+            };
             t = beyond / 3;
         }
         // The straight way there leaves a concave polygon.
-        (0..n).find(|&t| (3 * t..3 * t + 3).all(is_left))
+        let holds = |corners: &[i64; 3]| turns(corners).iter().all(|&turn| turn >= 0);
+        triangles.iter().position(holds)
     }
 
     /// Join point `p`, in triangle `t` and on no boundary edge, to a Delaunay triangulation of `n`
