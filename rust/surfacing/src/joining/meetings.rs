@@ -9,8 +9,6 @@
 
 use patterndb_geometry::vector::{Point, dot, length, max, min, subtract};
 
-// These constants have the values of those of the Python module.
-
 /// A meeting longer than this many tolerances may be a common stretch: edges that cross at 30
 /// degrees are within the tolerance of each other for 4 of them.
 const LONG: f64 = 4.0;

@@ -4,8 +4,8 @@ use patterndb_geometry::vector::{Point, min};
 
 use crate::joining::meetings::Edge;
 
-/// A join at a closed curve's seam may be part of a meeting beyond it, within this share of it. The
-/// Python module has it as well.
+/// A join at a closed curve's seam may be part of a meeting beyond it, within this share of it. NEAR_SEAM
+/// of `patterndb_sketch.surfacing.joining.survey` is the same.
 const NEAR_SEAM: f64 = 0.2;
 
 /// Curves: their points, those of a curve in a row.
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn of_two_joins_beside_a_seam_the_nearer_is_kept() {
+    fn of_two_joins_at_a_seam_the_nearer_is_kept() {
         let lengths = [[0.1, 0.6], [3.9, 0.4]];
         assert_eq!(select(&square_and_line(0.01), &lengths), [false, true]);
         // The line is not near between them.

@@ -22,7 +22,7 @@ struct Face<'a> {
 /// How a triangle lies to another's plane.
 enum Reach {
     /// It does not reach through.
-    Beside,
+    Apart,
     /// It lies in the plane.
     Within,
     /// It meets the plane between two places.
@@ -88,11 +88,11 @@ impl<'a> Face<'a> {
     /// each meets the other's plane are on one line, and are compared there.
     fn crosses(&self, other: &Face) -> bool {
         let mine = self.reach(other);
-        if matches!(mine, Reach::Beside) {
+        if matches!(mine, Reach::Apart) {
             return false;
         }
         match (mine, other.reach(self)) {
-            (_, Reach::Beside) => false,
+            (_, Reach::Apart) => false,
             (Reach::Through(mine), Reach::Through(other)) => overlap(&mine, &other),
             _ => !self.is_apart(other) && !other.is_apart(self),
         }
@@ -103,7 +103,7 @@ impl<'a> Face<'a> {
         let mut heights = [0.0; 3];
         let corners = self.corners.iter().zip(self.vertices);
         for (height, (corner, vertex)) in heights.iter_mut().zip(corners) {
-            // A common corner is in the plane, whatever rounding makes of it.
+            // A common corner is in the plane, also where rounding puts it elsewhere.
             if !other.vertices.contains(vertex) {
                 let above = dot(&subtract(corner, &other.corners[0]), &other.normal);
                 if above.abs() > TOUCH {
@@ -116,7 +116,7 @@ impl<'a> Face<'a> {
         match (above, below) {
             (false, false) => return Reach::Within,
             (true, true) => {}
-            _ => return Reach::Beside,
+            _ => return Reach::Apart,
         }
         let mut ends = [[0.0; 3]; 2];
         let mut count = 0;

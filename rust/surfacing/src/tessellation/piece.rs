@@ -4,12 +4,10 @@ use patterndb_geometry::vector::{max, min};
 
 use crate::tessellation::planar::{Place, following, preceding, turn};
 
-/// The residual is brought below this part of its scale: rounding, nearly. The Python module has it as
-/// well.
+/// The residual is brought below this part of its scale: rounding, nearly.
 const PRECISION: f64 = 1e-13;
 
-/// Steps per inner vertex. In exact arithmetic one each would do; rounding costs a few more. The
-/// Python module has it as well.
+/// Steps per inner vertex. In exact arithmetic one each would do; rounding costs a few more.
 const STEPS_EACH: usize = 4;
 
 /// A planar mesh: its vertices and the half-edges of its triangles, of which 3 t + e leaves corner e

@@ -1,9 +1,9 @@
 //! Polygons on an integer grid: exact turns, whether one crosses itself, its ears, and points inside.
 //!
-//! Coordinates run from 0 to 2^30. A turn is a difference of two products of two differences: below
-//! 2^61, so it fits in 64 bits. So every predicate here is exact (but for that of the circle), and no
-//! polygon, however noisy, nearly touching or full of vertices in a row on one line, leads to an
-//! inverted triangle.
+//! Coordinates run from 0 to 2^30 (GRID of `patterndb_sketch.surfacing.tessellation.planar`). A turn
+//! is a difference of two products of two differences: below 2^61, so it fits in 64 bits. So every
+//! predicate here except that of the circle is exact, and no polygon, however noisy, nearly touching
+//! or full of vertices in a row on one line, leads to an inverted triangle.
 
 use patterndb_geometry::vector::{max, min};
 
@@ -124,7 +124,7 @@ impl Segment {
 }
 
 /// Return whether `d` surely lies within the circle through three others, given counter-clockwise.
-pub fn is_within_circle(corners: [&Place; 3], d: &Place) -> bool {
+fn is_within_circle(corners: [&Place; 3], d: &Place) -> bool {
     let [(ax, ay), (bx, by), (cx, cy)] =
         corners.map(|corner| ((corner[0] - d[0]) as f64, (corner[1] - d[1]) as f64));
     let (bc, cb) = (bx * cy, cx * by);
@@ -303,7 +303,7 @@ impl Triangles<'_> {
     }
 
     /// Insert the points from `m` on, one by one, in the triangulation of a polygon of the first
-    /// `m`. Return how many points are joined in the end: all, but where one is in no triangle.
+    /// `m`. Return how many points are joined in the end: fewer than all where one is in no triangle.
     pub fn join(&mut self, at: &[Place], m: usize) -> usize {
         let mut stack = Vec::new();
         let mut t = 0;
