@@ -56,6 +56,7 @@ ONE_MEETING = 0.05
 NEAR_END = 0.25
 
 #: A join at a closed curve's seam may be part of a meeting beyond it, within this share of it.
+#: NEAR_SEAM of rust/surfacing/src/joining/survey.rs is the same.
 NEAR_SEAM = 0.2
 
 #: Closed curves are placed exactly if they meet others exactly at so many places, of which MOST_OF

@@ -1,1 +1,4 @@
 //! Joints of curves that nearly meet.
+
+pub mod meetings;
+pub mod survey;

@@ -1,7 +1,13 @@
 //! `patterndb._native.surfacing.joining`.
 
+mod meetings;
+mod survey;
+
 use pyo3::prelude::*;
 
-pub fn add(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+use crate::add_module;
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    meetings::add(&add_module(module, "meetings")?)?;
+    survey::add(&add_module(module, "survey")?)
 }
