@@ -15,12 +15,20 @@ const MOST_REFLEX: usize = 8;
 /// are tried in larger steps, and those that make two sides equal.
 const MOST_STEPS: i64 = 24;
 
-/// A side of an outline and the corner at which it begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Side {
-    length: i64,
-    /// Quads at the corner.
-    count: i64,
+/// One side of a cut, of whose sides one varies with the chord.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Part {
+    lengths: Vec<i64>,
+    /// Corners that are not convex.
+    n_reflex: i64,
+    /// The side that varies.
+    varying: usize,
+    /// Edges of the other sides.
+    total: i64,
+    /// Edges of the longest of them.
+    longest: i64,
+    /// How many of them have one edge.
+    n_unit: i64,
 }
 
 /// A chord from a reflex corner, with a guess of the irregular vertices of its best fill.
@@ -53,19 +61,16 @@ pub fn list_prolongations(
     let mut found = Vec::new();
     let reflex = (0..n).filter(|&k| counts[k] != 1).take(MOST_REFLEX);
     for corner in reflex {
-        let sides: Vec<Side> = (0..n)
-            .map(|i| Side {
-                length: lengths[(corner + i) % n],
-                count: counts[(corner + i) % n],
-            })
-            .collect();
+        let turned = |items: &[i64]| [&items[corner..], &items[..corner]].concat();
+        let (from_corner, counts) = (turned(lengths), turned(counts));
         for back in [false, true] {
             // The part in which the corner is flat has to keep a second side, to be an outline.
             let reachable = if back { 1..n } else { 0..n.saturating_sub(1) };
             for far in reachable.filter(|&far| far.min(n - 1 - far) <= REACH) {
                 let cut = Cut {
                     corner,
-                    sides: &sides,
+                    lengths: &from_corner,
+                    counts: &counts,
                     back,
                     far,
                 };
@@ -79,40 +84,35 @@ pub fn list_prolongations(
 /// Cuts between a corner and a side.
 struct Cut<'a> {
     corner: usize,
-    /// The sides from the corner on.
-    sides: &'a [Side],
+    /// Edges of the sides from the corner on.
+    lengths: &'a [i64],
+    /// Quads at the corners from this one on.
+    counts: &'a [i64],
     back: bool,
     far: usize,
 }
 
 impl Cut<'_> {
-    /// Return the cut with the smallest guess, if any. `lengths` are those of the outline.
+    /// Return the cut with the smallest guess, if any.
+    ///
+    /// `lengths` are those that are tried in any case, in their order.
     fn find_best(&self, lengths: &[i64], most_perimeter: i64) -> Option<Prolongation> {
-        let whole: i64 = lengths.iter().sum();
-        let side = self.sides[self.far].length;
-        let inner: i64 = self.sides[..self.far].iter().map(|side| side.length).sum();
+        let whole: i64 = self.lengths.iter().sum();
+        let side = self.lengths[self.far];
+        let inner: i64 = self.lengths[..self.far].iter().sum();
         let mut best: Option<Prolongation> = None;
         for place in list_steps(1, side - 1, lengths) {
             let arc = inner + place;
             let rest = whole - arc;
             let longest = arc.min(rest).min(most_perimeter - arc.max(rest));
-            let [left, right] = self.split(place);
+            let [mut flat, mut chord] = self.split(place);
+            let flat_length = flat.lengths[flat.varying];
             for length in list_steps(2, longest, lengths) {
                 if (arc + length) % 2 != 0 {
                     continue;
                 }
-                let [mut left, mut right] = [left.clone(), right.clone()];
-                if self.back {
-                    // Side `corner` continues into the chord.
-                    left[0].length += length;
-                    right.push(Side { length, count: 1 });
-                } else {
-                    left.push(Side { length, count: 1 });
-                    let last = right.len() - 1;
-                    right[last].length += length;
-                }
-                let mut guess = guess_irregular(&left);
-                guess += guess_irregular(&right);
+                let mut guess = flat.guess_irregular(flat_length + length);
+                guess += chord.guess_irregular(length);
                 // Among equals the shortest chord, and the longest of the parts' sides.
                 let share = place.min(side - place) as f64;
                 guess += 1e-3 * length as f64 / (arc + length) as f64 - 1e-3 * share / whole as f64;
@@ -131,15 +131,29 @@ impl Cut<'_> {
         best
     }
 
-    /// Return the sides of both parts without the chord.
-    fn split(&self, place: i64) -> [Vec<Side>; 2] {
-        let mut left = self.sides[..=self.far].to_vec();
-        let mut right = self.sides[self.far..].to_vec();
-        left[self.far].length = place;
-        left[0].count = 1;
-        right[0].length -= place;
-        right[0].count = 1;
-        [left, right]
+    /// Return the part in which a side continues into the chord, and the part in which the chord is
+    /// a side.
+    fn split(&self, place: i64) -> [Part; 2] {
+        let n_reflex = |counts: &[i64]| counts.iter().filter(|&&count| count != 1).count() as i64;
+        let mut left = self.lengths[..=self.far].to_vec();
+        let mut right = self.lengths[self.far..].to_vec();
+        left[self.far] = place;
+        right[0] -= place;
+        // The first corner of either part is convex.
+        let n_left = n_reflex(&self.counts[1..=self.far]);
+        let n_right = n_reflex(&self.counts[self.far + 1..]);
+        if self.back {
+            right.push(0);
+            let chord = right.len() - 1;
+            [Part::new(left, n_left, 0), Part::new(right, n_right, chord)]
+        } else {
+            left.push(0);
+            let (chord, last) = (left.len() - 1, right.len() - 1);
+            [
+                Part::new(right, n_right, last),
+                Part::new(left, n_left, chord),
+            ]
+        }
     }
 }
 
@@ -156,45 +170,53 @@ fn list_steps(low: i64, high: i64, lengths: &[i64]) -> Vec<i64> {
     steps
 }
 
-/// Return roughly how many irregular vertices the best fill of an outline has.
-///
-/// Exact for convex outlines of 3 to 5 sides that have a fill with the fewest; else the mean of what
-/// the complete family of patterns with at most 4 needs.
-fn guess_irregular(sides: &[Side]) -> f64 {
-    let n = sides.len();
-    let mut total = 0;
-    let mut longest = 0;
-    let mut pair = 0;
-    let mut n_reflex = 0;
-    let mut n_unit = 0;
-    for (i, side) in sides.iter().enumerate() {
-        total += side.length;
-        longest = longest.max(side.length);
-        pair = pair.max(side.length + sides[if i + 1 < n { i + 1 } else { 0 }].length);
-        n_reflex += i64::from(side.count != 1);
-        n_unit += i64::from(side.length == 1);
-    }
-    if n < 2 || total < 4 {
-        return f64::INFINITY;
-    }
-    let is_long = 2 * longest >= total;
-    let mut value = match n {
-        _ if n_reflex > 0 => (n as i64 - 2 * n_reflex - 4).abs() as f64 + 1.5 * n_reflex as f64,
-        2 => return 2.0,
-        3 => return if !is_long && n_unit == 0 { 1.0 } else { 3.0 },
-        4 if sides[0].length == sides[2].length && sides[1].length == sides[3].length => {
-            return 0.0;
+impl Part {
+    fn new(lengths: Vec<i64>, n_reflex: i64, varying: usize) -> Part {
+        let others = || lengths[..varying].iter().chain(&lengths[varying + 1..]);
+        Part {
+            n_reflex,
+            varying,
+            total: others().sum(),
+            longest: others().copied().fold(0, i64::max),
+            n_unit: others().filter(|&&length| length == 1).count() as i64,
+            lengths,
         }
-        5 if 2 * pair < total => return 1.0,
-        4 | 5 => 2.0,
-        6 => 2.2,
-        7 => 2.4,
-        _ => (n as i64 - 5) as f64,
-    };
-    if is_long {
-        value += 1.5;
     }
-    value + 0.3 * n_unit as f64
+
+    /// Return roughly how many irregular vertices the best fill has, where the side that varies has
+    /// this length.
+    ///
+    /// Exact for convex outlines of 3 to 5 sides that have a fill with the fewest; else the mean of
+    /// what the complete family of patterns with at most 4 needs.
+    fn guess_irregular(&mut self, length: i64) -> f64 {
+        self.lengths[self.varying] = length;
+        let (sides, n_reflex) = (&self.lengths[..], self.n_reflex);
+        let n = sides.len();
+        let total = self.total + length;
+        let longest = self.longest.max(length);
+        let n_unit = self.n_unit + i64::from(length == 1);
+        if n < 2 || total < 4 {
+            return f64::INFINITY;
+        }
+        let is_long = 2 * longest >= total;
+        let mut value = match n {
+            _ if n_reflex > 0 => (n as i64 - 2 * n_reflex - 4).abs() as f64 + 1.5 * n_reflex as f64,
+            2 => return 2.0,
+            3 => return if !is_long && n_unit == 0 { 1.0 } else { 3.0 },
+            4 if sides[0] == sides[2] && sides[1] == sides[3] => {
+                return 0.0;
+            }
+            5 if (0..5).all(|i| 2 * (sides[i] + sides[(i + 1) % 5]) < total) => return 1.0,
+            4 | 5 => 2.0,
+            6 => 2.2,
+            7 => 2.4,
+            _ => (n as i64 - 5) as f64,
+        };
+        if is_long {
+            value += 1.5;
+        }
+        value + 0.3 * n_unit as f64
+    }
 }
 
 #[cfg(test)]
