@@ -17,18 +17,19 @@ import argparse
 import hashlib
 import shutil
 import time
+from itertools import pairwise
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core import description as d
-from patterndb.core.code import Code, border_count, code_starts, smallest_code
-from patterndb.core.halfedge import Int32Array, fans, next_border_edge, next_edge
-from patterndb.core.packing import pack, pack_many, unpack_many
-from patterndb.core.reduction import NEVER_FULL, dissolve, reduction_work
+from patterndb.core.code import Code, border_count, canonical_code
+from patterndb.core.halfedge import Int32Array, next_border_edge
+from patterndb.core.packing import pack, unpack_many
+from patterndb.core.reduction import reduce_disk
 from patterndb.store import Database, Learned, LearningOptions, Provenance
-from patterndb.system.kernels import kernel
 
 #: Quads of a pattern that is joined to another, at most.
 MOST_QUADS = 16
@@ -46,115 +47,50 @@ SIDES = range(3, 17)
 PAIRS = 4096
 
 
-@kernel
-def join_pairs(
-    flat: Code,
-    ends: NDArray[np.int64],
-    pairs: NDArray[np.int64],
-    first_side: NDArray[np.int64],
-    codes: Code,
-    code_ends: NDArray[np.int64],
-) -> int:
-    """Join pairs (k, 2) of patterns, numbers into the codes ``flat[ends[i]:ends[i + 1]]``, at up to
-    MOST_JOINS pairs of sides of one length each; write canonical codes, return how many.
+class Outline(NamedTuple):
+    """A pattern to be joined to others.
 
-    first_side: (k,) the sides of the first to begin with, any numbers.
+    twin:  (4q,) int32 its half-edges.
+    sides: the border half-edges of each side, from half-edge 0 on, where a code has its first
+           corner.
     """
-    n = 0
-    for k in range(len(pairs)):
-        one = decode_code(flat[ends[pairs[k, 0]] : ends[pairs[k, 0] + 1]])
-        other = decode_code(flat[ends[pairs[k, 1]] : ends[pairs[k, 1] + 1]])
-        loop, start = list_sides(one)
-        other_loop, other_start = list_sides(other)
-        sides = len(start) - 1
-        joins = 0
-        for turn in range(sides * (len(other_start) - 1)):
-            s = (first_side[k] + turn) % sides
-            t = turn // sides
-            length = start[s + 1] - start[s]
-            if joins == MOST_JOINS or other_start[t + 1] - other_start[t] != length:
-                continue
-            joins += 1
-            twin = np.empty(len(one) + len(other), np.int32)
-            twin[: len(one)] = one
-            for h in range(len(other)):
-                twin[len(one) + h] = other[h] + len(one) if other[h] >= 0 else -1
-            for j in range(length):
-                h = loop[start[s] + j]
-                g = len(one) + other_loop[other_start[t + 1] - 1 - j]
-                twin[h] = g
-                twin[g] = h
-            code = find_code(reduce_joined(twin))
-            codes[code_ends[n] : code_ends[n] + len(code)] = code
-            code_ends[n + 1] = code_ends[n] + len(code)
-            n += 1
-    return n
+
+    twin: Int32Array
+    sides: list[list[int]]
+
+    @classmethod
+    def of_code(cls, code: Code) -> Outline:
+        """The pattern of a canonical code."""
+        twin = code.astype(np.int32) - 1
+        sides: list[list[int]] = []
+        h = 0
+        while True:
+            if border_count(twin, h) != 2:
+                sides.append([])
+            sides[-1].append(h)
+            h = next_border_edge(twin, h)
+            if h == 0:
+                return cls(twin, sides)
 
 
-@kernel
-def decode_code(code: Code) -> Int32Array:
-    """The half-edges of a code."""
-    twin = np.empty(len(code), np.int32)
-    for h in range(len(code)):
-        twin[h] = np.int32(code[h]) - 1
-    return twin
+def join_pair(one: Outline, other: Outline, first_side: int) -> list[bytes]:
+    """Packed codes of two patterns joined at up to MOST_JOINS pairs of sides of one length each.
 
-
-@kernel
-def list_sides(twin: Int32Array) -> tuple[Int32Array, NDArray[np.int64]]:
-    """The border from half-edge 0, where a code has its first corner, and where sides begin."""
-    loop = np.empty(len(twin), np.int32)
-    start = np.empty(len(twin) + 1, np.int64)
-    edges = 0
-    sides = 0
-    h = 0
-    while True:
-        if border_count(twin, h) != 2:
-            start[sides] = edges
-            sides += 1
-        loop[edges] = h
-        edges += 1
-        h = next_border_edge(twin, h)
-        if h == 0:
-            break
-    start[sides] = edges
-    return loop[:edges], start[: sides + 1]
-
-
-@kernel
-def reduce_joined(twin: Int32Array) -> Int32Array:
-    """As :func:`patterndb.core.reduction.reduce_disk`."""
-    vertex, n_vertices = fans(twin)
-    count = np.zeros(n_vertices, np.int32)
-    for h in range(len(twin)):
-        count[vertex[h]] += 1
-    full = count.copy()
-    for h in range(len(twin)):
-        if twin[h] < 0:
-            full[vertex[h]] = NEVER_FULL
-            full[vertex[next_edge(h)]] = NEVER_FULL
-    work = reduction_work(n_vertices, len(twin) // 4)
-    m, _ = dissolve(len(twin) // 4, twin, vertex, count, full, work)
-    return work.reduced[: 4 * m].copy()
-
-
-@kernel
-def find_code(twin: Int32Array) -> Code:
-    """As :func:`patterndb.core.code.canonical_code`, the code alone."""
-    q = len(twin) // 4
-    starts = np.empty(4 * q, np.int32)
-    n_starts = code_starts(twin, starts)
-    number = np.empty(q, np.int32)
-    entry = np.empty(q, np.int32)
-    order = np.empty(q, np.int32)
-    own = np.zeros(4 * q, np.uint16)
-    other = np.zeros(4 * q, np.uint16)
-    smallest_code(twin, q, starts, n_starts, False, own, number, entry, order)
-    smallest_code(twin, q, starts, n_starts, True, other, number, entry, order)
-    for i in range(4 * q):
-        if own[i] != other[i]:
-            return own if own[i] < other[i] else other
-    return own
+    first_side: the side of the first to begin with, any number.
+    """
+    codes: list[bytes] = []
+    n, shift = len(one.sides), len(one.twin)
+    both = np.concatenate([one.twin, np.where(other.twin < 0, -1, other.twin + shift)])
+    for turn in range(n * len(other.sides)):
+        own, others = one.sides[(first_side + turn) % n], other.sides[turn // n]
+        if len(own) != len(others) or len(codes) == MOST_JOINS:
+            continue
+        twin = both.astype(np.int32)
+        across = shift + np.array(others[::-1])
+        twin[own] = across
+        twin[across] = own
+        codes.append(pack(canonical_code(reduce_disk(twin))[0]))
+    return codes
 
 
 class Parts:
@@ -171,8 +107,9 @@ class Parts:
             if len(rows):
                 self._classes[n] = np.arange(len(codes), len(codes) + len(rows))
                 codes += [patterns.codes[row] for row in rows.tolist()]
-        symbols, self._ends = unpack_many(codes)
-        self._flat = symbols.astype(np.uint16)
+        symbols, ends = unpack_many(codes)
+        flat = symbols.astype(np.uint16)
+        self._outlines = [Outline.of_code(flat[a:b]) for a, b in pairwise(ends.tolist())]
 
     def join(self, n_sides: int) -> list[bytes]:
         """Packed codes of PAIRS pairs of patterns of ``n_sides`` sides together, less four."""
@@ -184,12 +121,13 @@ class Parts:
             drawn = np.flatnonzero(of_first == n)
             pairs[drawn, 0] = self._chance.choice(self._classes[n], len(drawn))
             pairs[drawn, 1] = self._chance.choice(self._classes[n_sides + 4 - n], len(drawn))
-        most = PAIRS * MOST_JOINS
-        codes = np.empty(most * 8 * MOST_QUADS, np.uint16)
-        ends = np.zeros(most + 1, np.int64)
         first = self._chance.integers(0, 1 << 20, PAIRS)
-        n = join_pairs(self._flat, self._ends, pairs, first, codes, ends)
-        return pack_many(codes[: ends[n]], ends[: n + 1])
+        outlines = self._outlines
+        return [
+            code
+            for (one, other), side in zip(pairs.tolist(), first.tolist(), strict=True)
+            for code in join_pair(outlines[one], outlines[other], side)
+        ]
 
 
 def make_patterns(

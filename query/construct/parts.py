@@ -62,9 +62,9 @@ def is_pentagon(s0: int, s1: int, s2: int, s3: int, s4: int) -> bool:
 
 @kernel
 def find_pentagon_cuts(
-    lengths: NDArray[np.int64], counts: NDArray[np.int64], ample: int, cuts: NDArray[np.int64]
-) -> int:
-    """Write the best cut at every side into ``cuts``, best first; return how many there are.
+    lengths: NDArray[np.int64], counts: NDArray[np.int64], ample: int
+) -> NDArray[np.int64]:
+    """The best cut at every side, (k, 4) int64, best first.
 
     lengths, counts: (n,) edges of the sides and quads at the corners of an outline, n >= 5.
     A cut (side i, u, w, c) takes off the pentagon of u edges of side i, sides i + 1 and
@@ -73,9 +73,9 @@ def find_pentagon_cuts(
     shortest side, where sides of more than ``ample`` edges count as that long, then has the
     shortest chord: long ones add up from cut to cut, until one side is more than half of
     what is left. Then it leaves more of the sides it cuts, and has u near w.
-    cuts: (>= n, 4) int64.
     """
     n = len(lengths)
+    cuts = np.empty((n, 4), np.int64)
     score = np.empty(n)
     found = 0
     for i in range(n):
@@ -109,7 +109,7 @@ def find_pentagon_cuts(
         cuts[at, 2] = w
         cuts[at, 3] = c
         found += 1
-    return found
+    return cuts[:found].copy()
 
 
 @kernel

@@ -48,11 +48,8 @@ def find_prolongations(boundary: Boundary, most: int) -> list[Prolongation]:
     """
     lengths = np.array(boundary.lengths, np.int64)
     counts = np.array(boundary.corner_counts, np.int64)
-    n = len(lengths)
-    rows = np.empty((2 * MOST_REFLEX * n, 5), np.int64)
-    guess = np.empty(len(rows))
-    found = write_prolongations(lengths, counts, MAX_PERIMETER, rows, guess)
-    order = np.argsort(guess[:found], kind="stable")[:most]
+    rows, guess = list_prolongations(lengths, counts, MAX_PERIMETER)
+    order = np.argsort(guess, kind="stable")[:most]
     return [_prolongation(boundary, rows[r], float(guess[r])) for r in order]
 
 
@@ -79,19 +76,16 @@ def _prolongation(boundary: Boundary, row: Int64Array, guess: float) -> Prolonga
 
 
 @kernel
-def write_prolongations(
-    lengths: Int64Array,
-    counts: Int64Array,
-    most_perimeter: int,
-    rows: Int64Array,
-    guess: NDArray[np.float64],
-) -> int:
-    """Write (corner k, back, far, w, chord) and a guess of the irregular vertices of cuts.
+def list_prolongations(
+    lengths: Int64Array, counts: Int64Array, most_perimeter: int
+) -> tuple[Int64Array, NDArray[np.float64]]:
+    """(r, 5) int64 corner k, back, far, w, chord of cuts, and guesses of their irregular vertices.
 
     The chord ends w edges along side k + far; back: side k is prolonged, else side k - 1.
-    Returns the number of rows.
     """
     n = len(lengths)
+    rows = np.empty((2 * MOST_REFLEX * n, 5), np.int64)
+    guess = np.empty(len(rows))
     whole = lengths.sum()
     left = np.empty(n + 2, np.int64)
     left_counts = np.empty(n + 2, np.int64)
@@ -155,7 +149,7 @@ def write_prolongations(
                 if best < np.inf:
                     guess[found] = best
                     found += 1
-    return found
+    return rows[:found].copy(), guess[:found].copy()
 
 
 @kernel

@@ -79,16 +79,15 @@ def trim_outline(
     outline = _Outline(boundary.lengths, boundary.corners)
     steps: list[_Cut | _Drop] = []
     stages: list[Trimmed] = []
-    cuts = np.empty((len(outline.lengths), 4), np.int64)
     while len(outline.corners) >= FEWEST_TRIMMED:
         may_drop = drop and len(outline.lengths) > most_sides
         if may_drop and 1 in outline.lengths:
             step, outline = _dropped(outline, _beside(outline, outline.lengths.index(1)))
         else:
             counts = np.array([1 if kind == "convex" else 3 for kind in outline.corners])
-            found = find_pentagon_cuts(np.array(outline.lengths), counts, ample, cuts)
-            if found:
-                step, outline = _cut_off(outline, *cuts[min(rank, found - 1)].tolist())
+            cuts = find_pentagon_cuts(np.array(outline.lengths), counts, ample)
+            if len(cuts):
+                step, outline = _cut_off(outline, *cuts[min(rank, len(cuts) - 1)].tolist())
                 rank = 0
             elif may_drop:
                 step, outline = _dropped(outline, _between_shortest(outline))

@@ -22,7 +22,7 @@ from query.marks.marked import MarkedClass, load_marked_family
 from query.orientation import Orientation
 from query.solving.halves import find_transport, is_integral
 from query.solving.matching import search_matchings
-from query.solving.systems import is_balanced, two_colour
+from query.solving.systems import Int16Array, is_balanced, two_colour
 
 #: Irregular vertices on the boundary that a query allows unless told otherwise. With this
 #: many the table of the complete family loses nothing.
@@ -48,7 +48,7 @@ class MarkedIndex:
     convex, reflex: (u,) int32 how many of them are 1, and 3.
     class_start: (s + 1,) int64; class_i, class_j, class_n: int32, the classes of strands of
                 each signature, see :class:`query.solving.systems.Chords`.
-    component, colour: (s, N) int32 of :func:`query.solving.matching.two_colour`.
+    component, colour: (s, N) int16 of :func:`query.solving.matching.two_colour`.
     """
 
     marked: MarkedClass
@@ -63,8 +63,8 @@ class MarkedIndex:
     class_i: Int32Array
     class_j: Int32Array
     class_n: Int32Array
-    component: Int32Array
-    colour: Int32Array
+    component: Int16Array
+    colour: Int16Array
 
     @classmethod
     def of(cls, marked: MarkedClass, rows: NDArray[np.bool_] | None = None) -> MarkedIndex:
@@ -212,10 +212,10 @@ def _of_row(marked: MarkedClass, row: int, o: int) -> Orientation:
 @kernel
 def _colours(
     class_start: NDArray[np.int64], class_i: Int32Array, class_j: Int32Array, n_sides: int
-) -> tuple[Int32Array, Int32Array]:
+) -> tuple[Int16Array, Int16Array]:
     n = len(class_start) - 1
-    component = np.empty((n, n_sides), np.int32)
-    colour = np.empty((n, n_sides), np.int32)
+    component = np.empty((n, n_sides), np.int16)
+    colour = np.empty((n, n_sides), np.int16)
     closed = np.zeros(n_sides * (n_sides + 1) // 2, np.bool_)
     stack = np.empty(n_sides, np.int32)
     for s in range(n):
@@ -240,8 +240,8 @@ def find_best_row(
     class_start: NDArray[np.int64],
     class_i: Int32Array,
     class_j: Int32Array,
-    component: Int32Array,
-    colour: Int32Array,
+    component: Int16Array,
+    colour: Int16Array,
 ) -> tuple[int, int, int, int, Int32Array]:
     """Kernel of :func:`query.marks.bestmarked.find_best_marked`.
 
@@ -267,8 +267,7 @@ def find_best_row(
     m = n * (n + 1) // 2
     class_n = np.ones(m, np.int32)
     closed = np.zeros(m, np.bool_)
-    side_scratch = np.empty((5, n), np.int32)
-    class_scratch = np.empty((3, m), np.int32)
+    sums = np.empty(n, np.int32)
     flow = np.empty((2, m), np.int32)
     solution = np.empty((1, m), np.int32)
     slack = np.empty(n, np.int32)
@@ -315,8 +314,7 @@ def find_best_row(
                         colour[s],
                         closed,
                         slack,
-                        side_scratch,
-                        class_scratch,
+                        sums,
                         flow,
                         solution,
                     ):
@@ -333,12 +331,11 @@ def _fits(
     class_i: Int32Array,
     class_j: Int32Array,
     class_n: Int32Array,
-    component: Int32Array,
-    colour: Int32Array,
+    component: Int16Array,
+    colour: Int16Array,
     closed: NDArray[np.bool_],
     slack: Int32Array,
-    side_scratch: Int32Array,
-    class_scratch: Int32Array,
+    sums: Int32Array,
     flow: Int32Array,
     solution: Int32Array,
 ) -> bool:
@@ -348,21 +345,19 @@ def _fits(
         slack[s] = lengths[s] - base[s]
         if slack[s] < 0:
             return False
-    if not is_balanced(slack, component, colour, side_scratch[0]):
+    if not is_balanced(slack, component, colour, sums):
         return False
     closed[:m] = False
-    if not find_transport(slack, class_i, class_j, m, closed, flow, side_scratch):
+    if not find_transport(slack, class_i, class_j, m, closed, flow):
         return False
     if is_integral(flow, m):
         for k in range(m):
             solution[0, k] = (flow[0, k] + flow[1, k]) // 2
         return True
-    # The search need not come to a class that must be 0.
-    solution[:] = 0
-    found, _ = search_matchings(
-        slack, class_i, class_j, class_n, m, 0, solution, closed, side_scratch, class_scratch
-    )
-    return found > 0
+    rows, _ = search_matchings(slack, class_i, class_j, class_n[:m], 0)
+    for k in range(m):
+        solution[0, k] = rows[0, k] if len(rows) else 0
+    return len(rows) > 0
 
 
 @kernel

@@ -183,7 +183,7 @@ def _make(patterns: PatternTable, n_sides: int, most: int, free: bool) -> list[A
     """What :func:`_from_arrays` takes: the rows, sorted, and their patterns."""
     partings = Partings.up_to(n_sides if free else min(most, n_sides))
     symbols, offsets = unpack_many(patterns.codes)
-    found = list_records(
+    head, labels, chords = list_records(
         symbols.astype(np.uint16),
         offsets,
         patterns.n_irregular,
@@ -196,19 +196,18 @@ def _make(patterns: PatternTable, n_sides: int, most: int, free: bool) -> list[A
         partings.near,
         partings.far,
     )
-    head = found.head
     label_size = n_sides + 2 * head[:, STRANDS]
     order = np.lexsort(
         (
-            _rank(found.label, label_size),
+            _rank(labels, label_size),
             patterns.ids[head[:, PATTERN]],
             head[:, PERIMETER],
             head[:, RELAXED],
             head[:, COST],
         )
     )
-    label = _gather(found.label, label_size, order)
-    chord = _gather(found.chord, head[:, STRANDS], order)
+    label = _gather(labels, label_size, order)
+    chord = _gather(chords, head[:, STRANDS], order)
     head = head[order]
     used, head[:, PATTERN] = np.unique(head[:, PATTERN], return_inverse=True)
     # Rows as single items: numpy sorts these much faster than rows of numbers.

@@ -181,19 +181,6 @@ STRANDS = 9
 HEAD = 10
 
 
-class Records(NamedTuple):
-    """Records as they are found.
-
-    head: (r, HEAD + N + N (N + 1) / 2) int32.
-    label: per record the number of strands on side 0, their numbers, and so on; flat int16.
-    chord: per record the polychord of each strand; flat int16.
-    """
-
-    head: Int32Array
-    label: NDArray[np.int16]
-    chord: NDArray[np.int16]
-
-
 @kernel
 def _with_room(array: NDArray[Any], size: int) -> NDArray[Any]:
     """The array, or a copy twice as long where it has less than ``size`` rows."""
@@ -315,8 +302,12 @@ def list_records(
     slots: Int32Array,
     near: Int32Array,
     far: Int32Array,
-) -> Records:
-    """Every way to set ``n_marks`` marks on each of the patterns, up to symmetry.
+) -> tuple[Int32Array, NDArray[np.int16], NDArray[np.int16]]:
+    """Every way to set ``n_marks`` marks on each of the patterns, up to symmetry: the records.
+
+    Returns their heads, (r, HEAD + N + N (N + 1) / 2) int32; for each record the number of strands
+    on side 0, their numbers, and so on, flat int16; for each the polychord of every strand, flat
+    int16.
 
     flat, offsets: the patterns' codes; n_irregular, n_reflex: (p,). most, free: as in
     :func:`query.marks.marked.mark_patterns`. marks, slots, near, far: the columns of
@@ -433,4 +424,4 @@ def list_records(
             rows += 1
             label_size += size
             chord_size += n_strands
-    return Records(head[:rows].copy(), label[:label_size].copy(), chord[:chord_size].copy())
+    return head[:rows].copy(), label[:label_size].copy(), chord[:chord_size].copy()

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
 from query.solving.halves import tighten_bounds
-from query.solving.matching import DONE, PATIENCE, choose_class
+from query.solving.matching import DONE, PATIENCE, choose_class, count_splits
 from query.solving.systems import is_balanced, two_colour
 
 #: Above every key; see :mod:`query.solving.evenness`.
@@ -120,6 +120,30 @@ def spread_slack(
             parts[k] -= 1
             c += 1
     return count, above
+
+
+@kernel
+def list_splits(values: Int32Array, class_n: Int32Array, class_of: Int32Array) -> Int32Array:
+    """All widths that split the slack of classes among their polychords, (k, n) int32.
+
+    values: (r, m) rows of the slack of each class; those of one row are in lexicographic order.
+    """
+    total = 0
+    for r in range(len(values)):
+        ways = 1
+        for k in range(len(class_n)):
+            ways *= count_splits(int(values[r, k]), int(class_n[k]))
+        total += ways
+    widths = np.empty((total, len(class_of)), np.int32)
+    weights = np.ones(len(class_n), np.int32)
+    never = np.zeros(1, np.uint8)
+    at = 0
+    for r in range(len(values)):
+        room = widths[at:]
+        at += spread_slack(
+            values[r], class_n, weights, class_of, INFINITE, False, room, len(room), never
+        )[0]
+    return widths
 
 
 #: Units of price per unit of the key; finer prices no longer tighten the bound.
@@ -347,7 +371,6 @@ def add_most_even(
     component = np.empty(w, np.int32)
     colour = np.empty(w, np.int32)
     flow = np.empty((2, m), np.int32)
-    flow_scratch = np.empty((5, w), np.int32)
     # What the parts' own squares leave out of a key at least.
     missing = 0
     for p in range(len(class_of)):
@@ -364,7 +387,7 @@ def add_most_even(
             k, least, most = choose_class(residual, class_i, class_j, m, closed, degree, reach)
             if dead_ends > PATIENCE and k >= 0 and least < most:
                 least, most = tighten_bounds(
-                    residual, class_i, class_j, m, closed, k, least, most, flow, flow_scratch
+                    residual, class_i, class_j, m, closed, k, least, most, flow
                 )
             if k == DONE:
                 dead_ends = 0

@@ -211,14 +211,14 @@ def find_transport(
     n_classes: int,
     closed: NDArray[np.bool_],
     flow: Int32Array,
-    scratch: Int32Array,
 ) -> bool:
     """Find a flow over the open classes; False where there is none.
 
     slack: (w,); closed: (m,). flow: (2, m) int32, overwritten: units of class k from i to
-    j, and from j to i (0 where i = j). scratch: (5, w) int32.
+    j, and from j to i (0 where i = j).
     """
     w = len(slack)
+    scratch = np.empty((5, w), np.int32)
     supply = scratch[0]
     demand = scratch[1]
     # How breadth-first search reached each side and each copy: class and direction.
@@ -342,13 +342,12 @@ def tighten_bounds(
     low: int,
     high: int,
     flow: Int32Array,
-    scratch: Int32Array,
 ) -> tuple[int, int]:
     """The least and greatest integer in low..high that class k takes in some flow.
 
     Arguments as in :func:`find_transport`; the first is above the second where there is none.
     """
-    if not find_transport(slack, class_i, class_j, n_classes, closed, flow, scratch):
+    if not find_transport(slack, class_i, class_j, n_classes, closed, flow):
         return 1, 0
     i = class_i[k]
     j = class_j[k]
@@ -367,7 +366,7 @@ def tighten_bounds(
             middle = (good + bad) // 2
             slack[i] -= middle
             slack[j] -= middle
-            if find_transport(slack, class_i, class_j, n_classes, closed, flow, scratch):
+            if find_transport(slack, class_i, class_j, n_classes, closed, flow):
                 good = middle
             else:
                 bad = middle

@@ -444,41 +444,32 @@ def count_splits(value: int, parts: int) -> int:
 
 @kernel
 def search_matchings(
-    residual: Int32Array,
-    class_i: Int32Array,
-    class_j: Int32Array,
-    class_n: Int32Array,
-    n_classes: int,
-    limit: int,
-    rows: Int32Array,
-    closed: NDArray[np.bool_],
-    side_scratch: Int32Array,
-    class_scratch: Int32Array,
-) -> tuple[int, int]:
-    """Write solutions into ``rows`` until they stand for more than ``limit`` widths.
+    slack: Int32Array, class_i: Int32Array, class_j: Int32Array, class_n: Int32Array, limit: int
+) -> tuple[Int32Array, int]:
+    """List solutions until they stand for more than ``limit`` widths.
 
-    residual: (w,) int32 slack, spoilt; class_n: (m,) polychords of each class, so that
-    a row stands for the product of their :func:`count_splits`. rows: (>= limit + 1, m) int32;
-    closed: (m,) bool; side_scratch: (5, w) int32; class_scratch: (3, m) int32.
-    Returns (rows written, widths they stand for): the list is whole exactly if the
-    second is at most ``limit``.
+    slack: (w,) int32; class_n: (m,) polychords of each class, so that a row stands for the
+    product of their :func:`count_splits`. Returns ((r, m) int32 rows, widths they stand for, at
+    most MANY): the list is whole exactly if the second is at most ``limit``.
     """
-    degree = side_scratch[0]
-    reach = side_scratch[1]
-    component = side_scratch[2]
-    colour = side_scratch[3]
-    stack = side_scratch[4]
-    chosen = class_scratch[0]
-    value = class_scratch[1]
-    least = class_scratch[2]
-    for k in range(n_classes):
-        closed[k] = False
+    n_sides = len(slack)
+    n_classes = len(class_n)
+    residual = slack.copy()
+    closed = np.zeros(n_classes, np.bool_)
+    rows = np.empty((1, n_classes), np.int32)
+    degree = np.empty(n_sides, np.int32)
+    reach = np.empty(n_sides, np.int32)
+    component = np.empty(n_sides, np.int32)
+    colour = np.empty(n_sides, np.int32)
+    stack = np.empty(n_sides, np.int32)
+    chosen = np.empty(n_classes, np.int32)
+    value = np.empty(n_classes, np.int32)
+    least = np.empty(n_classes, np.int32)
     found = 0
     widths = 0
     depth = 0
     dead_ends = 0
-    flow = np.empty((2, 0), np.int32)
-    flow_scratch = np.empty((5, 0), np.int32)
+    flow = np.empty((2, n_classes), np.int32)
     down = True
     while True:
         if down:
@@ -498,11 +489,12 @@ def search_matchings(
                         low,
                         high,
                         flow,
-                        flow_scratch,
                     )
                 else:
                     k = DEAD
             if k == DONE:
+                if found == len(rows):
+                    rows = np.concatenate((rows, np.empty_like(rows)))
                 ways = 1
                 for d in range(depth):
                     rows[found, chosen[d]] = value[d]
@@ -511,7 +503,7 @@ def search_matchings(
                 found += 1
                 widths = min(widths + ways, MANY)
                 if widths > limit:
-                    return found, widths
+                    return rows[:found].copy(), widths
             elif k >= 0 and low <= high:
                 down = True
                 # Parity is dear to test: only where there is a choice to be spared.
@@ -530,8 +522,6 @@ def search_matchings(
                 dead_ends += 1
                 if dead_ends == PATIENCE + 1:
                     # Begin anew, this time with flows.
-                    flow = np.empty((2, n_classes), np.int32)
-                    flow_scratch = np.empty((5, len(residual)), np.int32)
                     while depth > 0:
                         depth -= 1
                         k = chosen[depth]
@@ -542,7 +532,7 @@ def search_matchings(
                     widths = 0
                     down = True
         elif depth == 0:
-            return found, widths
+            return rows[:found].copy(), widths
         else:
             k = chosen[depth - 1]
             back = 1

@@ -9,14 +9,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
-from query.ending import NEVER
 from query.errors import InvalidQueryError
-from query.solving.evenness import spread_slack
-from query.solving.matching import search_matchings
-from query.solving.strokes import FLOW_COLUMNS, carry_strokes, find_chord_ends
+from query.solving.evenness import list_splits
+from query.solving.matching import MANY, search_matchings
+from query.solving.strokes import FLOW_COLUMNS, can_carry, find_carrying_widths
 from query.solving.systems import Chords
 
 
@@ -78,8 +77,8 @@ def find_solutions(
         slack = wanted - chords.base_lengths()
         if (slack < 0).any():
             return Solutions(np.zeros((0, chords.n), np.int32), False)
-        rows, total = find_class_slacks(chords, slack, None)
-        return Solutions(_in_order(_split_all(chords, rows, total)), False)
+        rows, _ = find_class_slacks(chords, slack, None)
+        return Solutions(_in_order(list_splits(rows, chords.class_n, chords.class_of)), False)
     keep = 1024 if limit is None else limit + 1
     while True:
         widths = find_best_widths(chords, wanted, flows, keep)
@@ -94,46 +93,15 @@ def find_best_widths(
     chords: Chords, lengths: Int32Array, flows: OrientedStrokes, keep: int
 ) -> Int32Array:
     """(k <= keep, n) int32 widths of the best solutions, best first; all if fewer than keep."""
-    keys = np.empty(keep, np.int64)
-    best = np.empty((keep, chords.n + 1), np.int32)
-    order = np.empty(keep, np.int64)
-    count = _carry(chords, lengths, flows, keys, best, order)
-    return best[order[:count], :-1]
+    return find_carrying_widths(
+        chords.edges, chords.side_start, lengths, flows.rows, flows.tolerance, keep
+    )
 
 
 def is_feasible(chords: Chords, lengths: ArrayLike, flows: OrientedStrokes = NO_FLOWS) -> bool:
     """Is there any solution? Arguments as in :func:`find_solutions`."""
-    none = np.zeros(0, np.int64)
     wanted = np.asarray(lengths, np.int32)
-    return _carry(chords, wanted, flows, none, np.zeros((0, chords.n + 1), np.int32), none) > 0
-
-
-def _carry(
-    chords: Chords,
-    lengths: Int32Array,
-    flows: OrientedStrokes,
-    keys: NDArray[np.int64],
-    best: Int32Array,
-    order: NDArray[np.int64],
-) -> int:
-    weight = np.ones((chords.n_sides, chords.n_sides), np.int32)
-    end = np.empty((chords.n, 2), np.int32)
-    find_chord_ends(chords.edges, end)
-    return carry_strokes(
-        chords.edges,
-        end,
-        chords.side_start,
-        lengths,
-        weight,
-        flows.rows,
-        flows.tolerance,
-        0,
-        keys,
-        best,
-        order,
-        0,
-        NEVER,
-    )
+    return can_carry(chords.edges, chords.side_start, wanted, flows.rows, flows.tolerance)
 
 
 def find_class_slacks(
@@ -144,40 +112,8 @@ def find_class_slacks(
     Returns ((r, m) int32, number of solutions); the rows are whole only while the number
     is at most ``limit`` (None: always).
     """
-    m = len(chords.class_n)
-    room = 1024 if limit is None else limit
-    while True:
-        rows = np.empty((room + 1, m), np.int32)
-        found, total = search_matchings(
-            slack.copy(),
-            chords.class_i,
-            chords.class_j,
-            chords.class_n,
-            m,
-            room,
-            rows,
-            np.zeros(m, np.bool_),
-            np.empty((5, chords.n_sides), np.int32),
-            np.empty((3, m), np.int32),
-        )
-        if limit is not None or total <= room:
-            return rows[:found], total
-        room *= 4
-
-
-def _split_all(chords: Chords, rows: Int32Array, total: int) -> Int32Array:
-    """(total, n) int32 widths of all the solutions that the rows stand for."""
-    widths = np.empty((total, chords.n), np.int32)
-    # A key has no more than the square of the widths' sum.
-    unbounded = int(chords.n + rows.sum(axis=1).max(initial=0)) ** 2
-    ones = np.ones(len(chords.class_n), np.int32)
-    at = 0
-    for row in rows:
-        room = widths[at:]
-        at += spread_slack(
-            row, chords.class_n, ones, chords.class_of, unbounded, False, room, len(room), NEVER
-        )[0]
-    return widths
+    most = MANY if limit is None else limit
+    return search_matchings(slack, chords.class_i, chords.class_j, chords.class_n, most)
 
 
 def _in_order(widths: Int32Array) -> Int32Array:

@@ -432,3 +432,61 @@ def carry_strokes(
         if s == n_flows:
             break
     return count
+
+
+@kernel
+def can_carry(
+    edges: Int32Array,
+    side_start: Int32Array,
+    lengths: Int32Array,
+    flow: Int32Array,
+    tolerance: int,
+) -> bool:
+    """Are there widths under which strands lie on all the strokes?
+
+    Arguments as in :func:`find_carrying_widths`.
+    """
+    n_strands = len(edges) // 2
+    end = np.empty((n_strands, 2), np.int32)
+    find_chord_ends(edges, end)
+    weight = np.ones((len(lengths), len(lengths)), np.int32)
+    keys = np.empty(0, np.int64)
+    best = np.empty((0, n_strands + 1), np.int32)
+    never = np.zeros(1, np.uint8)
+    count = carry_strokes(
+        edges, end, side_start, lengths, weight, flow, tolerance, 0, keys, best, keys, 0, never
+    )
+    return count > 0
+
+
+@kernel
+def find_carrying_widths(
+    edges: Int32Array,
+    side_start: Int32Array,
+    lengths: Int32Array,
+    flow: Int32Array,
+    tolerance: int,
+    keep: int,
+) -> Int32Array:
+    """(k, n) int32, the ``keep`` best widths under which strands lie on all the strokes.
+
+    edges: (2 n,) strand that crosses each edge; side_start: (N + 1,) where sides begin there;
+    lengths: (N,) edges asked for; flow: (s, 4) of :func:`orient_strokes`, none for no strokes.
+    All there are, if fewer than ``keep``; best first.
+    """
+    n_strands = len(edges) // 2
+    end = np.empty((n_strands, 2), np.int32)
+    find_chord_ends(edges, end)
+    weight = np.ones((len(lengths), len(lengths)), np.int32)
+    keys = np.empty(keep, np.int64)
+    best = np.empty((keep, n_strands + 1), np.int32)
+    order = np.empty(keep, np.int64)
+    never = np.zeros(1, np.uint8)
+    count = carry_strokes(
+        edges, end, side_start, lengths, weight, flow, tolerance, 0, keys, best, order, 0, never
+    )
+    widths = np.empty((count, n_strands), np.int32)
+    for k in range(count):
+        for p in range(n_strands):
+            widths[k, p] = best[order[k], p]
+    return widths

@@ -83,7 +83,7 @@ def class_of(n_sides: int, patterns: Sequence[Pattern]) -> PatternClass:
         chiral=np.array([p.chiral for p in patterns], np.bool_),
         rotations=np.array([p.rotations for p in patterns], np.int32),
         self_crossing=np.array([p.self_crossing for p in patterns], np.bool_),
-        words=np.array([x for p in patterns for x in (len(p.label[0]), *p.label[0])], np.int32),
+        words=np.array([x for p in patterns for x in (len(p.label[0]), *p.label[0])], np.int16),
         word_start=np.cumsum([0, *(1 + len(p.label[0]) for p in patterns)], dtype=np.int64),
         signature=np.arange(n, dtype=np.int32),
         rotation=zeros,

@@ -14,7 +14,6 @@ from test_query_feasibility import boundaries
 from test_query_sieve import base_of, draw_joins
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 from query.listing.filters import Filters
 from query.solving import feasibility
 from query.solving.jointclaims import (
@@ -28,18 +27,13 @@ from query.solving.jointclaims import (
 from query.solving.systems import Systems, make_systems
 
 
-@kernel
-def refuse(needs, first, last, claims, sums):
-    """What is inlined cannot be called from without."""
-    sum_needs(needs, sums)
-    return is_refused(first, last, claims, sums)
-
-
 def refuses(systems: Systems, row: int, need: list[int]) -> bool:
     needs = np.zeros(MOST_SIDES, np.int32)
     needs[: len(need)] = need
     first, last = systems.joint_first[systems.graph[row] :][:2].tolist()
-    return refuse(needs, first, last, systems.joint, np.zeros(TABLES * SUMS, np.int32))
+    sums = np.zeros(TABLES * SUMS, np.int32)
+    sum_needs(needs, sums)
+    return is_refused(first, last, systems.joint, sums)
 
 
 def list_breaking(near: list[set[int]], need: list[int]) -> list[tuple[int, ...]]:

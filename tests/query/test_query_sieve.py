@@ -14,7 +14,6 @@ from query_cases import brute_force, small_class
 from test_query_feasibility import boundaries
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 from query.listing.filters import Filters
 from query.solving import feasibility
 from query.solving.sieve import (
@@ -32,14 +31,6 @@ from query.solving.systems import LONGEST_BASE, MOST_SURPLUS, Chords, Systems, m
 Joins = NDArray[np.uint8]
 
 
-@kernel
-def sift(row, systems, marks, compared, stated, left):
-    """Sift one row; what is inlined cannot be called from without."""
-    return sift_system(
-        row, systems.pairs, systems.surplus, systems.graphs.claim, marks, compared, stated, left
-    )
-
-
 def passing_lanes(systems: Systems, lengths: Int32Array) -> NDArray[np.bool_]:
     """(rows, lanes) bool: what passes the sieve."""
     marks, compared = mark_lanes(len(lengths)), compare_pairs(pack_lengths(lengths))
@@ -51,7 +42,10 @@ def passing_lanes(systems: Systems, lengths: Int32Array) -> NDArray[np.bool_]:
     found = np.zeros((len(systems.base), len(lengths)), np.bool_)
     for row in range(len(found)):
         left = np.zeros(len(marks), np.int64)
-        some = sift(row, systems, marks, compared, stated.view(np.int64), left)
+        words = stated.view(np.int64)
+        some = sift_system(
+            row, systems.pairs, systems.surplus, graphs.claim, marks, compared, words, left
+        )
         found[row] = [has_lane(left, lane) for lane in range(len(lengths))]
         assert some == found[row].any()
         # Lanes that fill up are never left.

@@ -1,7 +1,11 @@
 //! `patterndb._native.query`.
 
+mod construct;
 mod expand;
+mod families;
 mod identity;
+mod marks;
+mod recognise;
 mod solving;
 
 use pyo3::prelude::*;
@@ -9,7 +13,11 @@ use pyo3::prelude::*;
 use crate::add_module;
 
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    construct::add(&add_module(module, "construct")?)?;
     expand::add(&add_module(module, "expand")?)?;
+    families::add(&add_module(module, "families")?)?;
     identity::add(&add_module(module, "identity")?)?;
+    marks::add(&add_module(module, "marks")?)?;
+    recognise::add(&add_module(module, "recognise")?)?;
     solving::add(&add_module(module, "solving")?)
 }

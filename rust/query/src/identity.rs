@@ -1,5 +1,6 @@
 //! When quads are a fill's, and when two fills are the same.
 
+use patterndb_core::code::{Reading, Sense, rooted_code};
 use patterndb_core::halfedge::{fans, next_edge};
 
 /// What quads that should fill a boundary are not. The numbers are those of `FAULTS` in Python.
@@ -112,6 +113,28 @@ fn is_connected(twin: &[i32]) -> bool {
     reached == seen.len()
 }
 
+/// Return the code of a fill as read from boundary vertex 0.
+///
+/// A closed side has no first vertex: there it is the smallest code from any. Symbols are wider than
+/// those of patterns, which name at most 16,383 quads.
+pub fn read_code(quads: &[[i32; 4]], twin: &[i32], closed: bool) -> Vec<i32> {
+    let q = quads.len();
+    let tail = quads.as_flattened();
+    let mut code = vec![0; 4 * q];
+    let (mut number, mut entry, mut order) = (vec![0; q], vec![0; q], vec![0; q]);
+    let mut reading = Reading {
+        number: &mut number,
+        entry: &mut entry,
+        order: &mut order,
+    };
+    let starts = (0..4 * q).filter(|&h| twin[h] < 0 && (closed || tail[h] == 0));
+    for (read_before, start) in starts.enumerate() {
+        let (start, sense, best) = (start as i32, Sense::CounterClockwise, read_before > 0);
+        rooted_code(twin, q, start, sense, &mut code, &mut reading, best);
+    }
+    code
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -124,5 +147,14 @@ mod tests {
         );
         assert_eq!(weld_quads(&[[0, 1, 2, 3]], 4, 3).1, Fault::OtherBorder);
         assert_eq!(weld_quads(&[[0, 1, 2, 1]], 3, 3).1, Fault::RepeatedVertex);
+    }
+
+    #[test]
+    fn a_closed_side_has_the_smallest_code_of_all_starts() {
+        let quads = [[1, 2, 5, 0], [2, 3, 4, 5]];
+        let (twin, fault) = weld_quads(&quads, 6, 6);
+        assert_eq!(fault, Fault::None);
+        assert_eq!(read_code(&quads, &twin, false), [0, 0, 5, 0, 3, 0, 0, 0]);
+        assert_eq!(read_code(&quads, &twin, true), [0, 0, 0, 5, 4, 0, 0, 0]);
     }
 }

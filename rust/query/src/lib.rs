@@ -3,7 +3,10 @@
 //! Every function takes slices and returns owned data; nothing here reads files, starts threads or
 //! looks at a clock. Modules have the names of the Python modules that call them.
 
+pub mod construct;
 pub mod expand;
+pub mod families;
 pub mod identity;
 pub mod marks;
+pub mod recognise;
 pub mod solving;

@@ -20,8 +20,7 @@
 //! polychords, most evenly first.
 
 use crate::solving::halves::{Class, Transport};
-use crate::solving::matching::{Choice, PATIENCE, choose_class};
-use crate::solving::systems::{is_balanced, two_colour};
+use crate::solving::matching::{Choice, PATIENCE, Parity, choose_class};
 
 /// Above every key.
 pub const INFINITE: i64 = 1 << 50;
@@ -228,6 +227,36 @@ pub fn spread_slack(
     (rows, above)
 }
 
+/// Return the widths of all ways to split the slack of classes among their polychords.
+///
+/// `values` holds rows of the slack of every class, and `class_of` the class of each polychord. The
+/// widths of one row are in lexicographic order.
+pub fn list_splits(values: &[i32], class_n: &[i32], class_of: &[i32]) -> Vec<i32> {
+    let class = |&n: &i32| Class {
+        i: 0,
+        j: 0,
+        n,
+        weight: 1,
+    };
+    let classes: Vec<Class> = class_n.iter().map(class).collect();
+    let part = |(chord, &class): (usize, &i32)| Part {
+        class: class as usize,
+        chord,
+    };
+    let parts: Vec<Part> = class_of.iter().enumerate().map(part).collect();
+    let wanted = Wanted {
+        budget: INFINITE,
+        exactly: false,
+        room: usize::MAX,
+    };
+    let mut widths = Vec::new();
+    for value in values.chunks_exact(classes.len().max(1)) {
+        let (extra, _) = spread_slack(value, &classes, &parts, wanted, &|| false);
+        widths.extend(extra.iter().map(|extra| 1 + extra));
+    }
+    widths
+}
+
 /// Return the price of one unit of each node's slack, in units of 1/SCALE.
 ///
 /// Coordinate ascent on the dual of: minimise sum w_k n_k (1 + y_k / n_k)^2 over real y >= 0 that meet
@@ -393,8 +422,7 @@ pub fn add_most_even(
     let mut residual = slack.clone();
     let mut closed = vec![false; classes.len()];
     let mut value = vec![0; classes.len()];
-    let (mut component, mut colour) = (vec![0; slack.len()], vec![0; slack.len()]);
-    let mut sums = vec![0; slack.len()];
+    let mut parity = Parity::new(slack.len());
     let mut transport = Transport::default();
     let mut levels: Vec<Level> = Vec::new();
     // The excesses of all decided classes.
@@ -419,13 +447,9 @@ pub fn add_most_even(
                     completion.add(&value, best, is_cancelled);
                     continue;
                 }
-                Choice::Class(k, [low, high]) if low < high => {
-                    let open = classes.iter().zip(&closed).filter(|(_, closed)| !**closed);
-                    let open: Vec<_> = open.map(|(class, _)| (class.i, class.j)).collect();
-                    two_colour(&open, &mut component, &mut colour);
-                    let balanced = is_balanced(&residual, &component, &colour, &mut sums);
-                    balanced.then_some((k, low, high))
-                }
+                Choice::Class(k, [low, high]) if low < high => parity
+                    .allows(&residual, classes, &closed)
+                    .then_some((k, low, high)),
                 Choice::Class(k, [low, high]) => (low == high).then_some((k, low, high)),
                 Choice::Dead => None,
             };
@@ -610,6 +634,11 @@ mod tests {
         assert_eq!(spread(13, 1).0, [1, 2]);
         assert_eq!(spread(17, 9), (vec![0, 3, 3, 0], INFINITE));
         assert_eq!(spread(12, 9), (vec![], 13));
+    }
+
+    #[test]
+    fn every_row_is_split() {
+        assert_eq!(list_splits(&[1, 0], &[2], &[0, 0]), [1, 2, 2, 1, 1, 1]);
     }
 
     #[test]

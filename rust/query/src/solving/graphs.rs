@@ -95,6 +95,17 @@ impl Square {
         let items = vec![0; n * n];
         Square { n, items }
     }
+
+    /// Take a table, row by row.
+    pub fn from_items(n: usize, items: &[i32]) -> Square {
+        let items = items.to_vec();
+        Square { n, items }
+    }
+
+    /// Return the table, row by row.
+    pub fn items(&self) -> &[i32] {
+        &self.items
+    }
 }
 
 impl std::ops::Index<[usize; 2]> for Square {

@@ -249,8 +249,13 @@ pub struct Transport {
 }
 
 impl Transport {
+    /// Return the flow that was found: units of each class from i to j, and from j to i.
+    pub fn flow(&self) -> &[[i32; 2]] {
+        &self.flow
+    }
+
     /// Find a flow over the open classes that gives every side its slack; false where there is none.
-    fn find(&mut self, slack: &[i32], classes: &[Class], closed: &[bool]) -> bool {
+    pub fn find(&mut self, slack: &[i32], classes: &[Class], closed: &[bool]) -> bool {
         let open = || (0..classes.len()).filter(|&k| !closed[k]);
         // Most calls end here: a side asks for more than all its neighbours can give.
         let mut reach = vec![0; slack.len()];

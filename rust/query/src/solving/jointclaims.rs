@@ -145,6 +145,18 @@ fn sides_of(mut set: i32) -> impl Iterator<Item = usize> {
 pub struct Sums([[i32; SUMS]; MOST_SIDES / TABLE_SIDES]);
 
 impl Sums {
+    /// Take sums that [`Sums::items`] returned.
+    pub fn from_items(items: &[i32]) -> Sums {
+        let mut sums = Sums::default();
+        sums.0.as_flattened_mut().copy_from_slice(items);
+        sums
+    }
+
+    /// Return the sums, one five after the other.
+    pub fn items(&self) -> &[i32] {
+        self.0.as_flattened()
+    }
+
     /// Sum the needs of sets of five sides, for every five.
     #[inline(always)]
     pub fn fill(&mut self, need: &[i32; MOST_SIDES]) {

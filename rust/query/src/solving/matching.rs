@@ -1,9 +1,14 @@
-//! The uncapacitated b-matching on the sides of one pattern: does it exist?
+//! The uncapacitated b-matching on the sides of one pattern: is there one, and which are there?
 //!
 //! Given slack_i >= 0 for every side and classes that join sides (i, j), find integers y_ij >= 0 with
 //! sum_j y_ij + 2 y_ii = slack_i: how much wider than 1 the polychords of each class are in sum.
 //!
-//! A flow ([`crate::solving::halves`]) gives a matching with halves. Rounding the halves down leaves some sides
+//! [`search_matchings`] lists solutions depth-first; [`choose_class`] states where it branches and
+//! within which bounds, and [`Parity`] rejects by parity. Source: the integer program of Marcias et
+//! al. 2015, section 4. Differs from the paper: an own search in place of a general solver, over
+//! classes in place of single polychords, since one class is one variable to the sides.
+//!
+//! [`decide`] decides whether there is a solution at all. A flow ([`crate::solving::halves`]) gives a matching with halves. Rounding the halves down leaves some sides
 //! short by a few units. The rest is a matching problem in an ordinary graph, solved by augmenting
 //! paths (Edmonds, "Paths, trees, and flowers", 1965), so that the decision is exact and takes
 //! polynomial time.
@@ -23,8 +28,8 @@
 //! has only one.
 
 use crate::solving::graphs::{Graph, Graphs, Square};
-use crate::solving::halves::{Class, Scratch, meet_slack};
-use crate::solving::systems::order_classes;
+use crate::solving::halves::{Class, Scratch, Transport, meet_slack};
+use crate::solving::systems::{is_balanced, order_classes, two_colour};
 
 /// Pairs of a class that a shortest augmenting path may use: one in each direction.
 const PAIRS: i32 = 2;
@@ -419,6 +424,151 @@ pub fn choose_class(residual: &[i32], classes: &[Class], closed: &[bool]) -> Cho
     Choice::Class(k, bounds)
 }
 
+/// What parity refuses, with scratch for many calls.
+pub struct Parity {
+    open: Vec<(usize, usize)>,
+    component: Vec<i16>,
+    colour: Vec<i16>,
+    sums: Vec<i32>,
+}
+
+impl Parity {
+    /// Make scratch for systems of some number of sides.
+    pub fn new(n_sides: usize) -> Parity {
+        Parity {
+            open: Vec::new(),
+            component: vec![0; n_sides],
+            colour: vec![0; n_sides],
+            sums: vec![0; n_sides],
+        }
+    }
+
+    /// Return whether the open classes can absorb the residual, for all that parity shows.
+    pub fn allows(&mut self, residual: &[i32], classes: &[Class], closed: &[bool]) -> bool {
+        let open = classes.iter().zip(closed).filter(|(_, closed)| !**closed);
+        self.open.clear();
+        self.open.extend(open.map(|(class, _)| (class.i, class.j)));
+        two_colour(&self.open, &mut self.component, &mut self.colour);
+        is_balanced(residual, &self.component, &self.colour, &mut self.sums)
+    }
+}
+
+/// Counting stops here, far above what a caller asks for; a product of two still fits.
+pub const MANY: i64 = 1 << 30;
+
+/// Count the ways to write `value` as an ordered sum of `parts` integers >= 0, at most [`MANY`].
+pub fn count_splits(value: i64, parts: i64) -> i64 {
+    let mut ways = 1;
+    for p in 1..parts {
+        // C(value + p, p) from C(value + p - 1, p - 1): the division is exact.
+        if ways > MANY {
+            return MANY;
+        }
+        ways = ways * (value + p) / p;
+    }
+    ways.min(MANY)
+}
+
+/// Solutions of a matching.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Matchings {
+    /// For each solution the values of all classes.
+    pub rows: Vec<i32>,
+    /// The number of widths that they stand for, at most [`MANY`].
+    pub n_widths: i64,
+}
+
+/// A decided class of a search, and the least value that it may take.
+struct Decision {
+    class: usize,
+    least: i32,
+}
+
+/// List solutions, depth-first, until they stand for more than `limit` widths.
+///
+/// A solution stands for the product of its classes' [`count_splits`]. The list is whole exactly if
+/// the number of widths is at most the limit.
+pub fn search_matchings(slack: &[i32], classes: &[Class], limit: i64) -> Matchings {
+    let mut found = Matchings::default();
+    let mut residual = slack.to_vec();
+    let mut closed = vec![false; classes.len()];
+    let mut value = vec![0; classes.len()];
+    let mut decided: Vec<Decision> = Vec::new();
+    let mut parity = Parity::new(slack.len());
+    let mut transport = Transport::default();
+    let mut dead_ends = 0;
+    loop {
+        let mut choice = choose_class(&residual, classes, &closed);
+        if dead_ends > PATIENCE
+            && let Choice::Class(k, bounds) = choice
+            && bounds[0] < bounds[1]
+        {
+            let open = classes.iter().zip(&closed).filter(|(_, closed)| !**closed);
+            let open: Vec<Class> = open.map(|(class, _)| *class).collect();
+            let soluble = is_soluble(&residual, &open);
+            let tightened = soluble
+                .then(|| transport.tighten_bounds(&mut residual, classes, &mut closed, k, bounds));
+            choice = match tightened.flatten() {
+                Some(bounds) => Choice::Class(k, bounds),
+                None => Choice::Dead,
+            };
+        }
+        match choice {
+            Choice::Done => {
+                found.rows.extend(&value);
+                let ways = classes
+                    .iter()
+                    .zip(&value)
+                    .fold(1, |ways: i64, (class, &value)| {
+                        (ways * count_splits(value.into(), class.n.into())).min(MANY)
+                    });
+                found.n_widths = (found.n_widths + ways).min(MANY);
+                if found.n_widths > limit {
+                    return found;
+                }
+            }
+            // Parity is dear to test: only where there is a choice to be spared.
+            Choice::Class(k, [least, most])
+                if least == most || least < most && parity.allows(&residual, classes, &closed) =>
+            {
+                decided.push(Decision { class: k, least });
+                closed[k] = true;
+                value[k] = most;
+                residual[classes[k].i] -= most;
+                residual[classes[k].j] -= most;
+                continue;
+            }
+            Choice::Class(..) | Choice::Dead => {
+                dead_ends += 1;
+                if dead_ends == PATIENCE + 1 {
+                    // Begin again, this time with flows.
+                    found = Matchings::default();
+                    residual.copy_from_slice(slack);
+                    closed.fill(false);
+                    decided.clear();
+                    continue;
+                }
+            }
+        }
+        // Lower the last class that may take less.
+        loop {
+            let Some(&Decision { class: k, least }) = decided.last() else {
+                return found;
+            };
+            let lowered = value[k] > least;
+            let back = if lowered { 1 } else { value[k] };
+            value[k] -= back;
+            residual[classes[k].i] += back;
+            residual[classes[k].j] += back;
+            if lowered {
+                break;
+            }
+            closed[k] = false;
+            decided.pop();
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -453,6 +603,24 @@ mod tests {
         assert!(is_soluble(&[1; 6], &classes));
         classes.pop();
         assert!(!is_soluble(&[1; 6], &classes));
+    }
+
+    #[test]
+    fn all_matchings_are_listed_largest_values_first() {
+        // Two classes between the same two sides as far as a triangle allows.
+        let classes = [class(0, 1), class(0, 1), class(1, 1)];
+        let found = search_matchings(&[2, 4], &classes, 9);
+        assert_eq!(found.rows, [2, 0, 1, 1, 1, 1, 0, 2, 1]);
+        assert_eq!(found.n_widths, 3);
+        assert_eq!(search_matchings(&[2, 4], &classes, 0).rows, [2, 0, 1]);
+        assert!(search_matchings(&[2, 3], &classes, 9).rows.is_empty());
+    }
+
+    #[test]
+    fn splits_are_counted() {
+        assert_eq!(count_splits(3, 1), 1);
+        assert_eq!(count_splits(3, 3), 10);
+        assert_eq!(count_splits(5000, 40), MANY);
     }
 
     #[test]

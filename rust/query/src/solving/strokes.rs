@@ -36,26 +36,31 @@ pub struct Label {
 impl Label {
     /// Read a label from a word: for every side its length, then the strand that crosses each edge.
     pub fn new(word: &[i16], n_sides: usize) -> Label {
-        let n_edges = word.len() - n_sides;
-        let mut label = Label {
-            edges: Vec::with_capacity(n_edges),
-            side_start: vec![0],
-            ends: vec![[usize::MAX; 2]; n_edges / 2],
-        };
+        let mut edges = Vec::with_capacity(word.len() - n_sides);
+        let mut side_start = vec![0];
         let mut rest = word;
         while let [length, others @ ..] = rest {
             let (side, others) = others.split_at(*length as usize);
-            label
-                .edges
-                .extend(side.iter().map(|&strand| strand as usize));
-            label.side_start.push(label.edges.len());
+            edges.extend(side.iter().map(|&strand| strand as usize));
+            side_start.push(edges.len());
             rest = others;
         }
-        for (at, &strand) in label.edges.iter().enumerate() {
-            let ends = &mut label.ends[strand];
+        Label::of_edges(edges, side_start)
+    }
+
+    /// Make a label of the strand that crosses each edge, and of where each side begins and the last
+    /// one ends.
+    pub fn of_edges(edges: Vec<usize>, side_start: Vec<usize>) -> Label {
+        let mut ends = vec![[usize::MAX; 2]; edges.len() / 2];
+        for (at, &strand) in edges.iter().enumerate() {
+            let ends = &mut ends[strand];
             ends[usize::from(ends[0] != usize::MAX)] = at;
         }
-        label
+        Label {
+            edges,
+            side_start,
+            ends,
+        }
     }
 
     /// Return the number of strands.

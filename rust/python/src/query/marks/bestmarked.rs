@@ -1,0 +1,126 @@
+//! `patterndb._native.query.marks.bestmarked`.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
+use patterndb_query::marks::bestmarked::{self, ClassTable, MarkedIndex, MarkedRow, Outline};
+use pyo3::prelude::*;
+
+use crate::arrays::{read, run};
+use crate::query::solving::list_classes;
+use crate::rows::{from_table, read_all};
+
+#[pyfunction]
+fn colours<'py>(
+    py: Python<'py>,
+    class_start: PyReadonlyArray1<'py, i64>,
+    class_i: PyReadonlyArray1<'py, i32>,
+    class_j: PyReadonlyArray1<'py, i32>,
+    n_sides: usize,
+) -> PyResult<(Bound<'py, PyArray2<i16>>, Bound<'py, PyArray2<i16>>)> {
+    let classes = ClassTable {
+        start: read(&class_start)?,
+        i: read(&class_i)?,
+        j: read(&class_j)?,
+    };
+    let [component, colour] = run(py, || bestmarked::colours(&classes, n_sides))?;
+    let n = classes.start.len() - 1;
+    Ok((
+        from_table(py, n, n_sides, component)?,
+        from_table(py, n, n_sides, colour)?,
+    ))
+}
+
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "they are those of the Python kernel"
+)]
+fn find_best_row<'py>(
+    py: Python<'py>,
+    lengths: PyReadonlyArray1<'py, i32>,
+    asked: PyReadonlyArray1<'py, i32>,
+    cap: i32,
+    most: i32,
+    base: PyReadonlyArray2<'py, i32>,
+    start: PyReadonlyArray1<'py, i64>,
+    unmarked: PyReadonlyArray1<'py, i32>,
+    signature: PyReadonlyArray1<'py, i32>,
+    counts: PyReadonlyArray2<'py, u8>,
+    convex: PyReadonlyArray1<'py, i32>,
+    reflex: PyReadonlyArray1<'py, i32>,
+    class_start: PyReadonlyArray1<'py, i64>,
+    class_i: PyReadonlyArray1<'py, i32>,
+    class_j: PyReadonlyArray1<'py, i32>,
+    component: PyReadonlyArray2<'py, i16>,
+    colour: PyReadonlyArray2<'py, i16>,
+) -> PyResult<(i64, usize, i32, i32, Bound<'py, PyArray1<i32>>)> {
+    let outline = Outline {
+        lengths: read(&lengths)?,
+        asked: read(&asked)?,
+        cap,
+        most: (most >= 0).then_some(most),
+    };
+    let index = MarkedIndex {
+        base: read_all(&base)?,
+        start: read(&start)?,
+        unmarked: read(&unmarked)?,
+        signature: read(&signature)?,
+        counts: read_all(&counts)?,
+        convex: read(&convex)?,
+        reflex: read(&reflex)?,
+        classes: ClassTable {
+            start: read(&class_start)?,
+            i: read(&class_i)?,
+            j: read(&class_j)?,
+        },
+        component: read_all(&component)?,
+        colour: read_all(&colour)?,
+    };
+    Ok(
+        match run(py, || bestmarked::find_best_row(&outline, &index))? {
+            Some(best) => (
+                best.row as i64,
+                best.orientation,
+                best.n_irregular,
+                best.n_on_boundary,
+                best.slack.into_pyarray(py),
+            ),
+            None => (-1, 0, 0, 0, Vec::new().into_pyarray(py)),
+        },
+    )
+}
+
+#[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "they are those of the Python kernel"
+)]
+fn spread_strand_widths<'py>(
+    py: Python<'py>,
+    label: PyReadonlyArray1<'py, i16>,
+    rotation: usize,
+    reflected: bool,
+    class_i: PyReadonlyArray1<'py, i32>,
+    class_j: PyReadonlyArray1<'py, i32>,
+    class_n: PyReadonlyArray1<'py, i32>,
+    slack: PyReadonlyArray1<'py, i32>,
+    n_sides: usize,
+) -> PyResult<Bound<'py, PyArray1<i32>>> {
+    let row = MarkedRow {
+        label: read(&label)?,
+        rotation,
+        reflected,
+        n_sides,
+    };
+    let classes = list_classes(read(&class_i)?, read(&class_j)?, read(&class_n)?);
+    let slack = read(&slack)?;
+    let widths = run(py, || {
+        bestmarked::spread_strand_widths(&row, &classes, slack)
+    })?;
+    Ok(widths.into_pyarray(py))
+}
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(colours, module)?)?;
+    module.add_function(wrap_pyfunction!(find_best_row, module)?)?;
+    module.add_function(wrap_pyfunction!(spread_strand_widths, module)?)
+}

@@ -1,0 +1,5 @@
+//! Constructions: boundaries of many sides or long ones, cut into parts.
+
+pub mod parts;
+pub mod plan;
+pub mod prolong;

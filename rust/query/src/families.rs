@@ -1,0 +1,3 @@
+//! Complete families of patterns.
+
+pub mod growing;
