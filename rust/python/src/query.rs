@@ -2,6 +2,7 @@
 
 mod expand;
 mod identity;
+mod placing;
 mod solving;
 
 use pyo3::prelude::*;
@@ -11,5 +12,6 @@ use crate::add_module;
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     expand::add(&add_module(module, "expand")?)?;
     identity::add(&add_module(module, "identity")?)?;
+    placing::add(&add_module(module, "placing")?)?;
     solving::add(&add_module(module, "solving")?)
 }

@@ -6,4 +6,5 @@
 pub mod expand;
 pub mod identity;
 pub mod marks;
+pub mod placing;
 pub mod solving;
