@@ -33,6 +33,9 @@ fn blended<'py>(
     from_blocks(py, run(py, || skin::blend_normals(&faces, crease))?)
 }
 
+/// Corners as they are seen, and how bright each is.
+type ShadedArrays<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f32>>);
+
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
@@ -48,7 +51,7 @@ fn seen<'py>(
     key: [f64; 3],
     fill: [f64; 3],
     lights: (f64, f64, f64, f64),
-) -> PyResult<(Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f32>>)> {
+) -> PyResult<ShadedArrays<'py>> {
     let (corners, normals) = (read_blocks(&corners)?, read_blocks(&normals)?);
     let view = View { axes, focus, scale };
     let (ambient, of_key, of_fill, edge) = lights;
