@@ -130,8 +130,9 @@ def shade_model(skin: Skin, view: View, middle: tuple[float, float], *, through:
 
     through: the model is pale and behind everything else.
     """
+    corners, normals = np.ascontiguousarray(skin.corners), np.ascontiguousarray(skin.normals)
     seen, bright = _seen(
-        skin.corners, skin.normals, view.axes, view.focus, view.scale, KEY, FILL,
+        corners, normals, view.axes, view.focus, view.scale, KEY, FILL,
         (AMBIENT, OF_KEY, OF_FILL, EDGE),
     )  # fmt: skip
     colours = bright[..., None] * style.parse_colour(MATTE).astype(np.float32)

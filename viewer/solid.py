@@ -265,8 +265,8 @@ class Solid:
         rows, columns = round(height * scale), round(width * scale)
         depth = np.full((rows, columns), -np.inf, np.float32)
         image = np.tile(style.parse_colour(style.PAPER).astype(np.float32), (rows, columns, 1))
-        pixels = self.corners * (scale, -scale, 1.0) + (0.0, rows, 0.0)
-        fill_triangles(pixels, self.colours, depth, image)
+        pixels = np.ascontiguousarray(self.corners * (scale, -scale, 1.0) + (0.0, rows, 0.0))
+        fill_triangles(pixels, np.ascontiguousarray(self.colours), depth, image)
         return image, depth
 
 

@@ -1,1 +1,4 @@
 //! Splines through points of a surface.
+
+pub mod fit;
+pub mod knots;

@@ -6,6 +6,7 @@ mod families;
 mod identity;
 mod marks;
 mod recognise;
+mod placing;
 mod solving;
 
 use pyo3::prelude::*;
@@ -19,5 +20,6 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     identity::add(&add_module(module, "identity")?)?;
     marks::add(&add_module(module, "marks")?)?;
     recognise::add(&add_module(module, "recognise")?)?;
+    placing::add(&add_module(module, "placing")?)?;
     solving::add(&add_module(module, "solving")?)
 }

@@ -9,4 +9,5 @@ pub mod families;
 pub mod identity;
 pub mod marks;
 pub mod recognise;
+pub mod placing;
 pub mod solving;

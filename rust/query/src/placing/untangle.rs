@@ -1,0 +1,419 @@
+//! Untangling: moves vertices within their tangent planes until no quad is flipped.
+//!
+//! The energy is that of Garanzha et al. 2021, "Foldover-free maps in 50 lines of code": every corner
+//! of every quad is a triangle whose energy blows up as its area falls to zero; the blow-up is
+//! smoothed while a triangle is flipped, and sharpened step by step. Differs from the source: the
+//! triangles lie on a surface and are measured against its normals, and where sharpening no longer
+//! opens triangles it ends.
+
+use patterndb_geometry::Point;
+use patterndb_geometry::vector::{cross, dot, max, min, subtract};
+
+use super::laplace::Frame;
+
+/// Rounds of sharpening, and L-BFGS steps in each.
+const ROUNDS: usize = 14;
+const STEPS: usize = 60;
+
+/// From round to round the blow-up is smoothed over this part of the area before, at least.
+const SHARPENED: f64 = 0.3;
+
+/// Where two rounds leave more than a part of the flipped corners, there are too few vertices around to
+/// open them. Of this many corners, or fewer, it is no sign.
+const MANY: f64 = 40.0;
+
+/// Steps that L-BFGS remembers.
+const MEMORY: usize = 8;
+
+/// Times that a step is halved before it is given up.
+const HALVINGS: usize = 30;
+
+/// The smoothing of what has no flipped corner.
+const SHARP: f64 = 1e-5;
+
+/// Return names of the pieces that quads are in: those with a free vertex in common are in one. Every
+/// quad has a free vertex.
+pub fn find_pieces(quads: &[[i32; 4]], free: &[bool]) -> Vec<i32> {
+    let mut root: Vec<i32> = (0..free.len() as i32).collect();
+    let free_of = |quad: &[i32; 4]| quad.iter().copied().find(|&at| free[at as usize]);
+    for quad in quads {
+        let mut first = None;
+        for &vertex in quad.iter().filter(|&&at| free[at as usize]) {
+            let mut at = vertex;
+            while root[at as usize] != at {
+                root[at as usize] = root[root[at as usize] as usize];
+                at = root[at as usize];
+            }
+            let low = first.map_or(at, |first| at.min(first));
+            if let Some(first) = first {
+                root[at.max(first) as usize] = low;
+            }
+            first = Some(low);
+        }
+    }
+    let find = |quad: &[i32; 4]| {
+        let mut at = free_of(quad).expect("a quad has a free vertex");
+        while root[at as usize] != at {
+            at = root[at as usize];
+        }
+        at
+    };
+    quads.iter().map(find).collect()
+}
+
+/// Quads to be untangled, on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Tangle<'a> {
+    /// The quads' vertices.
+    pub quads: &'a [[i32; 4]],
+    /// Which of their corners are wanted to have an area.
+    pub wanted: &'a [[bool; 4]],
+    /// The surface's unit normal at each quad.
+    pub up: &'a [Point],
+}
+
+/// A wanted corner of a quad: a triangle.
+struct Corner {
+    /// The vertex at the corner, and those after and before it in the quad.
+    vertices: [usize; 3],
+    up: Point,
+}
+
+impl Corner {
+    /// Return the edges that leave the corner's vertex: that along the quad, and that against it.
+    #[inline(always)]
+    fn edges(&self, points: &[Point]) -> [Point; 2] {
+        let [i, j, k] = self.vertices;
+        [j, k].map(|other| subtract(&points[other], &points[i]))
+    }
+
+    /// Return twice the area, below 0 if it is flipped.
+    #[inline(always)]
+    fn area(&self, [u, v]: &[Point; 2]) -> f64 {
+        dot(&self.up, &cross(u, v))
+    }
+}
+
+impl Tangle<'_> {
+    fn corners(&self) -> Vec<Corner> {
+        let mut corners = Vec::with_capacity(4 * self.quads.len());
+        for ((quad, wanted), &up) in self.quads.iter().zip(self.wanted).zip(self.up) {
+            for e in (0..4).filter(|&e| wanted[e]) {
+                let vertices = [e, (e + 1) % 4, (e + 3) % 4].map(|e| quad[e] as usize);
+                corners.push(Corner { vertices, up });
+            }
+        }
+        corners
+    }
+}
+
+/// What a drawing is worth.
+#[derive(Clone, Copy, Debug)]
+pub struct Measure {
+    /// The energy of all wanted corners.
+    pub energy: f64,
+    /// The smallest area of a corner, in squared sizes.
+    pub smallest: f64,
+}
+
+/// Measure the energy of all wanted corners; write its gradient by the vertices' points into `force`.
+pub fn compute_energy(
+    tangle: &Tangle,
+    size: f64,
+    epsilon: f64,
+    points: &[Point],
+    force: &mut [Point],
+) -> Measure {
+    measure(&tangle.corners(), size, epsilon, points, force)
+}
+
+fn measure(
+    corners: &[Corner],
+    size: f64,
+    epsilon: f64,
+    points: &[Point],
+    force: &mut [Point],
+) -> Measure {
+    force.fill([0.0; 3]);
+    let mut energy = 0.0;
+    let mut smallest = f64::INFINITY;
+    for corner in corners {
+        let edges = corner.edges(points).map(|edge| edge.map(|x| x / size));
+        let area = corner.area(&edges);
+        let [u, v] = edges;
+        smallest = min(smallest, area);
+        let root = (area * area + epsilon * epsilon).sqrt();
+        let smooth = if area < 0.0 {
+            0.5 * epsilon * epsilon / (root - area)
+        } else {
+            0.5 * (area + root)
+        };
+        let norm = 0.5 * (dot(&u, &u) + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        energy += norm / smooth;
+        let by_norm = 1.0 / (smooth * size);
+        let by_area = -norm / (smooth * root * size);
+        let (area_by_u, area_by_v) = (cross(&v, &corner.up), cross(&corner.up, &u));
+        let [i, j, k] = corner.vertices;
+        let by_u = [0, 1, 2].map(|c| by_norm * u[c] + by_area * area_by_u[c]);
+        let by_v = [0, 1, 2].map(|c| by_norm * v[c] + by_area * area_by_v[c]);
+        for c in 0..3 {
+            force[j][c] += by_u[c];
+            force[k][c] += by_v[c];
+            force[i][c] -= by_u[c] + by_v[c];
+        }
+    }
+    Measure { energy, smallest }
+}
+
+/// Return how many wanted corners have no positive area.
+pub fn count_flipped_corners(tangle: &Tangle, points: &[Point]) -> usize {
+    count_flipped(&tangle.corners(), points)
+}
+
+fn count_flipped(corners: &[Corner], points: &[Point]) -> usize {
+    let is_flipped = |corner: &&Corner| corner.area(&corner.edges(points)) <= 0.0;
+    corners.iter().filter(is_flipped).count()
+}
+
+/// Vertices that may move within their planes.
+#[derive(Clone, Copy, Debug)]
+pub struct Movable<'a> {
+    /// The vertices.
+    pub free: &'a [i32],
+    /// The tangents of all vertices.
+    pub frames: &'a [Frame],
+}
+
+impl Movable<'_> {
+    fn each(&self) -> impl Iterator<Item = (usize, &Frame)> {
+        let free = self.free.iter().map(|&i| i as usize);
+        free.map(|i| (i, &self.frames[i]))
+    }
+
+    /// Write the parts of forces within the planes.
+    fn write_parts(self, force: &[Point], gradient: &mut [f64]) {
+        let (rows, _) = gradient.as_chunks_mut();
+        for (row, (i, frame)) in rows.iter_mut().zip(self.each()) {
+            *row = [0, 1].map(|f| 0.0 + dot(&frame[f], &force[i]));
+        }
+    }
+
+    /// Move the vertices to coordinates in their planes, from where these begin.
+    fn move_points(self, origin: &[Point], at: &[f64], points: &mut [Point]) {
+        let (rows, _) = at.as_chunks();
+        for ((origin, &[x, y]), (i, frame)) in origin.iter().zip(rows).zip(self.each()) {
+            points[i] = [0, 1, 2].map(|c| origin[c] + x * frame[0][c] + y * frame[1][c]);
+        }
+    }
+}
+
+/// Return the inner product of two vectors of any length.
+fn multiply(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |total, (a, b)| total + a * b)
+}
+
+/// Add a multiple of a vector.
+fn add(to: &mut [f64], factor: f64, what: &[f64]) {
+    for (to, what) in to.iter_mut().zip(what) {
+        *to += factor * what;
+    }
+}
+
+/// A step of L-BFGS: the move, how the gradient changed, and their inner product.
+struct Step {
+    moved: Vec<f64>,
+    changed: Vec<f64>,
+    curvature: f64,
+}
+
+/// The last steps of L-BFGS.
+struct Memory {
+    steps: Vec<Step>,
+    /// Steps that were kept since the memory was last emptied.
+    kept: usize,
+}
+
+impl Memory {
+    fn new(n: usize) -> Memory {
+        let step = |_| Step {
+            moved: vec![0.0; n],
+            changed: vec![0.0; n],
+            curvature: 0.0,
+        };
+        Memory {
+            steps: (0..MEMORY).map(step).collect(),
+            kept: 0,
+        }
+    }
+
+    /// Return the remembered steps, the oldest first, with their places.
+    fn remembered(&self) -> impl DoubleEndedIterator<Item = (usize, &Step)> {
+        let numbers = self.kept.saturating_sub(MEMORY)..self.kept;
+        numbers.map(|m| (m % MEMORY, &self.steps[m % MEMORY]))
+    }
+
+    /// Write the direction of the next step, by the two loops (Nocedal and Wright 2006, algorithm
+    /// 7.4).
+    fn write_direction(&self, gradient: &[f64], size: f64, direction: &mut [f64]) {
+        let mut largest = 1e-30;
+        for (direction, gradient) in direction.iter_mut().zip(gradient) {
+            *direction = -gradient;
+            largest = max(largest, gradient.abs());
+        }
+        let mut alpha = [0.0; MEMORY];
+        for (s, step) in self.remembered().rev() {
+            alpha[s] = multiply(&step.moved, direction) / step.curvature;
+            add(direction, -alpha[s], &step.changed);
+        }
+        let scale = match self.remembered().next_back() {
+            Some((_, last)) => last.curvature / multiply(&last.changed, &last.changed),
+            None => 0.1 * size / largest,
+        };
+        direction.iter_mut().for_each(|x| *x *= scale);
+        for (s, step) in self.remembered() {
+            let beta = multiply(&step.changed, direction) / step.curvature;
+            add(direction, alpha[s] - beta, &step.moved);
+        }
+    }
+
+    /// Remember a step in which the energy curves upwards.
+    fn keep(&mut self, size: f64, at: [&[f64]; 2], gradient: [&[f64]; 2]) {
+        let step = &mut self.steps[self.kept % MEMORY];
+        write_difference(at, &mut step.moved);
+        write_difference(gradient, &mut step.changed);
+        step.curvature = multiply(&step.moved, &step.changed);
+        if step.curvature > 1e-14 * multiply(&step.changed, &step.changed) * size * size {
+            self.kept += 1;
+        }
+    }
+}
+
+/// Write the difference of two vectors, the second less the first.
+fn write_difference([from, to]: [&[f64]; 2], difference: &mut [f64]) {
+    for ((difference, from), to) in difference.iter_mut().zip(from).zip(to) {
+        *difference = to - from;
+    }
+}
+
+/// Minimise the energy over the movable vertices, in place; return the smallest area left.
+///
+/// Once a round begins without a flipped corner it is the last, and keeps it so. Where two rounds
+/// leave more than the part `left_over` of the flipped corners it ends, too.
+pub fn minimise_energy(
+    tangle: &Tangle,
+    movable: &Movable,
+    size: f64,
+    points: &mut [Point],
+    left_over: f64,
+) -> f64 {
+    let corners = tangle.corners();
+    let n = 2 * movable.free.len();
+    let origin: Vec<Point> = movable.each().map(|(i, _)| points[i]).collect();
+    let [mut at, mut trial, mut direction] = [(); 3].map(|()| vec![0.0; n]);
+    let [mut gradient, mut trial_gradient] = [(); 2].map(|()| vec![0.0; n]);
+    let mut force = vec![[0.0; 3]; points.len()];
+    let mut memory = Memory::new(n);
+    let mut now = measure(&corners, size, 1.0, points, &mut force);
+    let mut blunt = 1.0;
+    let mut left = Vec::with_capacity(ROUNDS);
+    for done in 0..ROUNDS {
+        let sound = now.smallest > 1e-6;
+        // What has collapsed to no area at all must be opened before the blow-up is sharp.
+        let epsilon = if sound {
+            SHARP
+        } else {
+            max(blunt, (1e-9 + 0.04 * now.smallest * now.smallest).sqrt())
+        };
+        blunt *= SHARPENED;
+        now = measure(&corners, size, epsilon, points, &mut force);
+        movable.write_parts(&force, &mut gradient);
+        memory.kept = 0;
+        for _ in 0..STEPS {
+            memory.write_direction(&gradient, size, &mut direction);
+            let descent = multiply(&gradient, &direction);
+            if descent >= 0.0 {
+                if memory.kept == 0 {
+                    break;
+                }
+                memory.kept = 0;
+                continue;
+            }
+            let mut step = 1.0;
+            let mut accepted = None;
+            for _ in 0..HALVINGS {
+                trial.copy_from_slice(&at);
+                add(&mut trial, step, &direction);
+                movable.move_points(&origin, &trial, points);
+                let found = measure(&corners, size, epsilon, points, &mut force);
+                if found.energy <= now.energy + 1e-4 * step * descent
+                    && (found.smallest > 0.0 || !sound)
+                {
+                    accepted = Some(found);
+                    break;
+                }
+                step *= 0.5;
+            }
+            let Some(found) = accepted else { break };
+            movable.write_parts(&force, &mut trial_gradient);
+            memory.keep(size, [&at, &trial], [&gradient, &trial_gradient]);
+            at.copy_from_slice(&trial);
+            gradient.copy_from_slice(&trial_gradient);
+            let settled = now.energy - found.energy <= 1e-6 * found.energy;
+            now = found;
+            if settled {
+                break;
+            }
+        }
+        movable.move_points(&origin, &at, points);
+        left.push(count_flipped(&corners, points) as f64);
+        if sound || (done > 1 && left[done] > max(MANY, left_over * left[done - 2])) {
+            break;
+        }
+    }
+    measure(&corners, size, SHARP, points, &mut force).smallest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Nine vertices of four quads, the boundary a square of side 2, the middle one elsewhere.
+    const QUADS: [[i32; 4]; 4] = [[0, 1, 8, 7], [1, 2, 3, 8], [8, 3, 4, 5], [7, 8, 5, 6]];
+    const UP: [Point; 4] = [[0.0, 0.0, 1.0]; 4];
+
+    fn outline(middle: Point) -> Vec<Point> {
+        let around = [0, 1, 2, 2, 2, 1, 0, 0].map(f64::from);
+        let points = (0..8).map(|i| [around[i], around[(i + 6) % 8], 0.0]);
+        points.chain([middle]).collect()
+    }
+
+    #[test]
+    fn a_vertex_outside_returns_inside() {
+        let tangle = Tangle {
+            quads: &QUADS,
+            wanted: &[[true; 4]; 4],
+            up: &UP,
+        };
+        let mut points = outline([3.5, 2.5, 0.0]);
+        assert!(count_flipped_corners(&tangle, &points) > 0);
+        let frames = [[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 9];
+        let movable = Movable {
+            free: &[8],
+            frames: &frames,
+        };
+        let smallest = minimise_energy(&tangle, &movable, 1.0, &mut points, 0.75);
+        assert!(smallest > 0.9);
+        assert_eq!(count_flipped_corners(&tangle, &points), 0);
+        assert!((points[8][0] - 1.0).abs() < 1e-3 && (points[8][1] - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn quads_without_a_common_free_vertex_are_apart() {
+        let quads = [[0, 1, 2, 3], [2, 1, 4, 5], [5, 4, 6, 7]];
+        let mut free = [false; 8];
+        for v in [0, 2, 7] {
+            free[v] = true;
+        }
+        assert_eq!(find_pieces(&quads, &free), [0, 0, 7]);
+    }
+}
