@@ -23,7 +23,7 @@ const MIN_PERIMETER: i64 = 4;
 /// Gains below this are rounding.
 const GAIN: f64 = 1e-6;
 
-/// No half, no label.
+/// No label, no patch.
 const NONE: i32 = -1;
 
 /// The halves of a network: occurrences of chains in patches, two of a chain between patches and one
@@ -138,18 +138,30 @@ pub struct WalkGraph<'a> {
 type Change = usize;
 
 impl WalkGraph<'_> {
-    /// Return what a change of two halves of a patch costs more.
-    fn price_passage(&self, one: Change, other: Change) -> f64 {
+    /// Return what the patch of a changed half is if each of its halves is changed too: fewer, more.
+    fn judged(&self, change: Change) -> &[[i8; 2]] {
         let halves = &self.halves;
-        let patch = halves.patch(one / 2);
-        let row = 2 * halves.place[one / 2] as usize + one % 2;
-        let column = 2 * halves.place[other / 2] as usize + other % 2;
-        let table = &self.after[halves.first_after[patch] as usize..];
-        let after = table[row * 2 * halves.n_halves(patch) + column];
-        if after == FORBIDDEN {
+        let (half, more) = (change / 2, change % 2);
+        let patch = halves.patch(half);
+        let width = 2 * halves.n_halves(patch);
+        let row = 2 * halves.place[half] as usize + more;
+        let first = halves.first_after[patch] as usize + row * width;
+        self.after[first..first + width].as_chunks().0
+    }
+
+    /// Return what it costs that a patch is as judged, and no longer as it is.
+    fn price_patch(&self, judged: i8, state: i8) -> f64 {
+        if judged == FORBIDDEN {
             return f64::INFINITY;
         }
-        self.regularity * f64::from(after - self.state[patch])
+        self.regularity * f64::from(judged - state)
+    }
+
+    /// Return what a change of two halves of a patch costs more.
+    fn price_passage(&self, one: Change, other: Change) -> f64 {
+        let place = self.halves.place[other / 2] as usize;
+        let judged = self.judged(one)[place][other % 2];
+        self.price_patch(judged, self.state[self.halves.patch(one / 2)])
     }
 
     /// Return what a change of one chain by 1 costs, without the patches.
@@ -203,7 +215,7 @@ pub fn find_walk(
             if graph.price_step(root).is_infinite() {
                 continue;
             }
-            if let Some((n, gain)) = search.run(root, (2 * place + more) as i32) {
+            if let Some((n, gain)) = search.run(root, (2 * place + more + 1) as u32) {
                 return (n, place, gain);
             }
         }
@@ -211,27 +223,22 @@ pub fn find_walk(
     (0, starts.len(), 0.0)
 }
 
-/// What a search has found out about a way into a patch, or to the outside.
-#[derive(Clone, Copy)]
-struct Label {
-    /// The search that wrote it.
-    stamp: i32,
-    /// What the way there costs.
-    length: f64,
-    /// The label before, or NONE.
-    before: i32,
-    /// The change by which the way leaves the patch of the label before.
-    way_out: Change,
-    steps: usize,
-    waiting: bool,
-}
-
-/// Searches for walks, one root after another.
+/// Searches for walks, one root after another, and what each has found out about ways into patches
+/// and to the outside: its labels.
 struct Search<'a> {
     graph: &'a WalkGraph<'a>,
-    most_steps: usize,
+    most_steps: u32,
     walk: &'a mut [[i32; 2]],
-    labels: Vec<Label>,
+    /// Of each label the search that wrote it, from 1 on.
+    stamp: Vec<u32>,
+    /// What the way there costs.
+    length: Vec<f64>,
+    /// The label before, or NONE.
+    before: Vec<i32>,
+    /// The change by which the way leaves the patch of the label before.
+    way_out: Vec<u32>,
+    steps: Vec<u32>,
+    waiting: Vec<bool>,
     queue: VecDeque<usize>,
     /// The halves at the rim.
     rim: Vec<usize>,
@@ -239,23 +246,32 @@ struct Search<'a> {
     seen: Vec<i32>,
 }
 
+/// A step of a way.
+struct Passage {
+    /// The label before.
+    at: usize,
+    /// The change by which it leaves.
+    change: Change,
+    target: usize,
+    /// What the way to the target costs.
+    reached: f64,
+}
+
 impl<'a> Search<'a> {
     fn new(graph: &'a WalkGraph<'a>, most_steps: usize, walk: &'a mut [[i32; 2]]) -> Search<'a> {
         let n_halves = graph.halves.chain.len();
-        let unknown = Label {
-            stamp: NONE,
-            length: 0.0,
-            before: NONE,
-            way_out: 0,
-            steps: 0,
-            waiting: false,
-        };
+        let n_labels = 2 * n_halves + 1;
         let halves = 0..n_halves;
         Search {
             graph,
-            most_steps,
+            most_steps: most_steps as u32,
             walk,
-            labels: vec![unknown; 2 * n_halves + 1],
+            stamp: vec![0; n_labels],
+            length: vec![0.0; n_labels],
+            before: vec![0; n_labels],
+            way_out: vec![0; n_labels],
+            steps: vec![0; n_labels],
+            waiting: vec![false; n_labels],
             queue: VecDeque::new(),
             rim: halves.filter(|&half| graph.halves.twin[half] < 0).collect(),
             seen: Vec::new(),
@@ -264,41 +280,52 @@ impl<'a> Search<'a> {
 
     /// The number of the label of the outside.
     fn outside(&self) -> usize {
-        self.labels.len() - 1
+        self.stamp.len() - 1
     }
 
     /// Search from a root: the length of the walk that gains, and the gain; None where none does.
-    fn run(&mut self, root: Change, stamp: i32) -> Option<(usize, f64)> {
-        let halves = &self.graph.halves;
-        let root_label = &mut self.labels[root];
-        root_label.length = 0.0;
-        root_label.before = NONE;
-        root_label.steps = 0;
-        root_label.stamp = stamp;
+    fn run(&mut self, root: Change, stamp: u32) -> Option<(usize, f64)> {
+        self.length[root] = 0.0;
+        self.before[root] = NONE;
+        self.steps[root] = 0;
+        self.stamp[root] = stamp;
         self.queue.clear();
         self.queue.push_back(root);
         while let Some(at) = self.queue.pop_front() {
-            self.labels[at].waiting = false;
-            if self.labels[at].steps >= self.most_steps {
+            self.waiting[at] = false;
+            if self.steps[at] >= self.most_steps {
                 continue;
             }
-            if at == self.outside() {
-                // From outside a way goes in by a half, from a patch out by one.
-                for d in 0..self.rim.len() {
-                    let half = self.rim[d];
-                    let found = self.pass(at, half, Some(half), root, stamp);
-                    if found.is_some() {
-                        return found;
-                    }
-                }
-                continue;
+            let found = if at == self.outside() {
+                self.enter(root, stamp)
+            } else {
+                self.leave(at, root, stamp)
+            };
+            if found.is_some() {
+                return found;
             }
-            let patch = halves.patch(at / 2);
-            for half in halves.first_half[patch] as usize..halves.first_half[patch + 1] as usize {
-                if half == at / 2 || halves.twin_within(half).is_some() {
+        }
+        None
+    }
+
+    /// Go on from outside by each half at the rim.
+    fn enter(&mut self, root: Change, stamp: u32) -> Option<(usize, f64)> {
+        let at = self.outside();
+        let length = self.length[at];
+        for k in 0..self.rim.len() {
+            for more in 0..2 {
+                let change = 2 * self.rim[k] + more;
+                let reached = length + self.graph.price_step(change);
+                if reached >= -GAIN {
                     continue;
                 }
-                let found = self.pass(at, half, halves.twin(half), root, stamp);
+                let passage = Passage {
+                    at,
+                    change,
+                    target: change,
+                    reached,
+                };
+                let found = self.pass(&passage, root, stamp);
                 if found.is_some() {
                     return found;
                 }
@@ -307,62 +334,76 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Go on from a label across a half, up and down, into a half of the next patch, or outside
-    /// where there is none. Returns a walk that closes and gains.
-    fn pass(
-        &mut self,
-        at: usize,
-        half: usize,
-        into: Option<usize>,
-        root: Change,
-        stamp: i32,
-    ) -> Option<(usize, f64)> {
-        let outside = self.outside();
-        for too in 0..2 {
-            let change = 2 * half + too;
-            // The label may have changed since the last one.
-            let mut reached = self.labels[at].length + self.graph.price_step(change);
-            if at != outside && reached < self.graph.regularity {
-                reached += self.graph.price_passage(at, change);
-            }
-            if reached >= -GAIN {
+    /// Go on from a way into a patch by each other half of it.
+    fn leave(&mut self, at: Change, root: Change, stamp: u32) -> Option<(usize, f64)> {
+        let graph = self.graph;
+        let halves = &graph.halves;
+        let patch = halves.patch(at / 2);
+        let state = graph.state[patch];
+        let length = self.length[at];
+        let first = halves.first_half[patch] as usize;
+        for (half, judged) in (first..).zip(graph.judged(at)) {
+            if half == at / 2 || halves.twin_within(half).is_some() {
                 continue;
             }
-            let target = into.map_or(outside, |into| 2 * into + too);
-            if target == root {
-                let found = self.retrace_walk(at, change);
-                if found.is_some_and(|(_, gain)| gain > GAIN) {
+            let step = &graph.step[halves.chain(half)];
+            for more in 0..2 {
+                let mut reached = length + step[1 + more];
+                if reached < graph.regularity {
+                    reached += graph.price_patch(judged[more], state);
+                }
+                if reached >= -GAIN {
+                    continue;
+                }
+                let passage = Passage {
+                    at,
+                    change: 2 * half + more,
+                    target: match halves.twin(half) {
+                        Some(twin) => 2 * twin + more,
+                        None => self.outside(),
+                    },
+                    reached,
+                };
+                let found = self.pass(&passage, root, stamp);
+                if found.is_some() {
                     return found;
                 }
-                continue;
             }
-            let known = self.labels[target].stamp == stamp;
-            if known && reached >= self.labels[target].length - GAIN {
-                continue;
-            }
-            if self.is_visited(target, at) {
-                continue;
-            }
-            let steps = self.labels[at].steps + 1;
-            let label = &mut self.labels[target];
-            if !known || !label.waiting {
-                self.queue.push_back(target);
-            }
-            *label = Label {
-                stamp,
-                length: reached,
-                before: at as i32,
-                way_out: change,
-                steps,
-                waiting: true,
-            };
+        }
+        None
+    }
+
+    /// Take a step of a way: return a walk that closes and gains.
+    fn pass(&mut self, passage: &Passage, root: Change, stamp: u32) -> Option<(usize, f64)> {
+        let &Passage {
+            at,
+            change,
+            target,
+            reached,
+        } = passage;
+        if target == root {
+            let found = self.retrace_walk(at, change);
+            return found.filter(|&(_, gain)| gain > GAIN);
+        }
+        let known = self.stamp[target] == stamp;
+        if known && reached >= self.length[target] - GAIN || self.is_visited(target, at) {
+            return None;
+        }
+        self.length[target] = reached;
+        self.before[target] = at as i32;
+        self.way_out[target] = change as u32;
+        self.steps[target] = self.steps[at] + 1;
+        self.stamp[target] = stamp;
+        if !known || !self.waiting[target] {
+            self.waiting[target] = true;
+            self.queue.push_back(target);
         }
         None
     }
 
     /// Return a label and all before it on its way.
     fn trace_back(&self, at: usize) -> impl Iterator<Item = usize> {
-        iter::successors(Some(at), |&at| usize::try_from(self.labels[at].before).ok())
+        iter::successors(Some(at), |&at| usize::try_from(self.before[at]).ok())
     }
 
     /// Return whether the target's patch, or the outside, is on the way to a label.
@@ -370,7 +411,7 @@ impl<'a> Search<'a> {
         let outside = self.outside();
         let patch = self.graph.halves.patch;
         // Labels change while others still lead to them: such a way may bite its tail.
-        let longest = self.labels.len();
+        let longest = self.before.len();
         self.trace_back(at).enumerate().any(|(steps, at)| {
             steps >= longest
                 || if target == outside || at == outside {
@@ -410,12 +451,11 @@ impl<'a> Search<'a> {
             if at != outside {
                 cost += graph.price_passage(at, leaving);
             }
-            let label = &self.labels[at];
-            if label.before < 0 {
+            if self.before[at] < 0 {
                 return Some((n + 1, -cost));
             }
-            leaving = label.way_out;
-            at = label.before as usize;
+            leaving = self.way_out[at] as usize;
+            at = self.before[at] as usize;
         }
     }
 }
