@@ -74,7 +74,7 @@ impl Disk<'_> {
 
 /// Divide as complex numbers are divided: where the divisor is real too, the signs of zeros are
 /// those of a sum.
-fn divide(a: Complex64, by: f64) -> Complex64 {
+pub fn divide(a: Complex64, by: f64) -> Complex64 {
     Complex64::new((a.re + a.im * 0.0) / by, (a.im - a.re * 0.0) / by)
 }
 

@@ -5,6 +5,7 @@ mod draft;
 mod filling;
 mod ground;
 mod network;
+mod quadgrids;
 mod tools;
 
 use pyo3::prelude::*;
@@ -17,6 +18,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     filling::add(&add_module(module, "filling")?)?;
     ground::add(&add_module(module, "ground")?)?;
     network::add(&add_module(module, "network")?)?;
+    quadgrids::add(&add_module(module, "quadgrids")?)?;
     tools::add(&add_module(module, "tools")?)?;
     Ok(())
 }

@@ -1,1 +1,3 @@
 //! Fills of patches.
+
+pub mod edgecounts;

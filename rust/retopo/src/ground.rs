@@ -1,1 +1,3 @@
 //! The surface that is drawn upon: paths, neighbours, cuts.
+
+pub mod heap;

@@ -8,4 +8,5 @@ pub mod draft;
 pub mod filling;
 pub mod ground;
 pub mod network;
+pub mod quadgrids;
 pub mod tools;

@@ -1,1 +1,3 @@
 //! Drawing tools.
+
+pub mod salience;

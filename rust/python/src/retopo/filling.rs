@@ -1,7 +1,11 @@
 //! `patterndb._native.retopo.filling`.
 
+mod edgecounts;
+
 use pyo3::prelude::*;
 
-pub fn add(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+use crate::add_module;
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    edgecounts::add(&add_module(module, "edgecounts")?)
 }

@@ -1,7 +1,11 @@
 //! `patterndb._native.retopo.tools`.
 
+mod salience;
+
 use pyo3::prelude::*;
 
-pub fn add(_module: &Bound<'_, PyModule>) -> PyResult<()> {
-    Ok(())
+use crate::add_module;
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    salience::add(&add_module(module, "salience")?)
 }
