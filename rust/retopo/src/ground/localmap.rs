@@ -294,6 +294,25 @@ pub struct Grid<'a> {
     pub triangles: &'a [i32],
 }
 
+impl<'a> Grid<'a> {
+    /// Return the triangles of the cell that a place is in; of the nearest for one that is a little
+    /// outside, as slack takes edges in.
+    fn near(&self, place: &Uv) -> &'a [i32] {
+        let [low, size, _] = self.frame;
+        let counts = cell_counts(self.frame);
+        let is_near = |c: usize| {
+            let reach = (place[c] - low[c]) / size[c];
+            place[c].is_finite() && -1.0 < reach && reach < (counts[c] + 1) as f64
+        };
+        if !(is_near(0) && is_near(1)) {
+            return &[];
+        }
+        let [i, j] = [0, 1].map(|c| find_cell(place[c], low[c], size[c], counts[c]));
+        let cell = (i * counts[1] + j) as usize;
+        &self.triangles[self.start[cell] as usize..self.start[cell + 1] as usize]
+    }
+}
+
 /// An owned [`Grid`].
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FiledTriangles {
@@ -379,14 +398,6 @@ fn frame_triangles(uv: &[Uv], corners: &[Triangle]) -> [Uv; 3] {
     frame
 }
 
-/// A place in a triangle of a map.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Hit {
-    triangle: i32,
-    weights: [f64; 3],
-    distance: f64,
-}
-
 /// Return the triangle that contains each (u, v) wanted, -1 without, and the weights of its corners.
 ///
 /// Of several the one of the least distance, interpolated there. distance: of each place in `uv`.
@@ -397,45 +408,25 @@ pub fn find_containing(
     grid: Grid<'_>,
     wanted: &[Uv],
 ) -> (Vec<i32>, Vec<[f64; 3]>) {
-    let counts @ [columns, rows] = cell_counts(grid.frame);
-    let [low, size, _] = grid.frame;
-    let find = |place: &Uv| {
-        if !place.iter().all(|x| x.is_finite()) {
-            return None;
-        }
-        // A little outside is looked at too, as slack takes edges in.
-        let is_near = |c: usize, n: i64| {
-            let reach = (place[c] - low[c]) / size[c];
-            -1.0 < reach && reach < (n + 1) as f64
-        };
-        if !(is_near(0, columns) && is_near(1, rows)) {
-            return None;
-        }
-        let [i, j] = [0, 1].map(|c| find_cell(place[c], low[c], size[c], counts[c]));
-        let cell = (i * rows + j) as usize;
-        let here = &grid.triangles[grid.start[cell] as usize..grid.start[cell + 1] as usize];
-        let mut best: Option<Hit> = None;
-        for &triangle in here {
+    let mut found = vec![-1; wanted.len()];
+    let mut weights = vec![[0.0; 3]; wanted.len()];
+    for ((place, found), weights) in wanted.iter().zip(&mut found).zip(&mut weights) {
+        let mut best = f64::INFINITY;
+        for &triangle in grid.near(place) {
             let corners = corners[triangle as usize].map(|v| v as usize);
-            let Some(weights) = weigh(corners.map(|v| &uv[v]), place) else {
+            let Some(shares) = weigh(corners.map(|v| &uv[v]), place) else {
                 continue;
             };
-            let [a, b, c] = [0, 1, 2].map(|k| weights[k] * distance[corners[k]]);
-            let hit = Hit {
-                triangle,
-                weights,
-                distance: a + b + c,
-            };
-            if hit.distance < best.map_or(f64::INFINITY, |best| best.distance) {
-                best = Some(hit);
+            let [a, b, c] = [0, 1, 2].map(|k| shares[k] * distance[corners[k]]);
+            let far = a + b + c;
+            if far < best {
+                best = far;
+                *found = triangle;
+                *weights = shares;
             }
         }
-        best
-    };
-    wanted
-        .iter()
-        .map(|place| find(place).map_or((-1, [0.0; 3]), |hit| (hit.triangle, hit.weights)))
-        .unzip()
+    }
+    (found, weights)
 }
 
 /// Return the weights of a triangle's corners at a place; None if it is outside.

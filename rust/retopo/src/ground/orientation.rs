@@ -5,29 +5,28 @@
 /// across: for each side 3 f + e the other of its edge, -1 without; corner: the vertex at which
 /// each side begins.
 pub fn walk_parts(across: &[i32], corner: &[i32]) -> (Vec<i32>, Vec<bool>) {
-    let n_triangles = across.len() / 3;
-    let mut part = vec![-1; n_triangles];
-    let mut over = vec![false; n_triangles];
+    let sides = across.as_chunks::<3>().0;
+    let mut part = vec![-1; sides.len()];
+    let mut over = vec![false; sides.len()];
     let mut parts = 0;
-    let mut stack = Vec::new();
-    for first in 0..n_triangles {
+    let mut stack = Vec::with_capacity(sides.len());
+    for first in 0..sides.len() {
         if part[first] >= 0 {
             continue;
         }
         part[first] = parts;
-        stack.push(first);
-        while let Some(f) = stack.pop() {
-            for side in 3 * f..3 * f + 3 {
-                let Ok(other) = usize::try_from(across[side]) else {
+        stack.push(first as i32);
+        while let Some(triangle) = stack.pop() {
+            let f = triangle as usize;
+            for (e, &other) in sides[f].iter().enumerate() {
+                if other < 0 || part[other as usize / 3] >= 0 {
                     continue;
-                };
-                let g = other / 3;
-                if part[g] < 0 {
-                    part[g] = parts;
-                    // Two that are turned alike pass their edge in opposite ways.
-                    over[g] = over[f] ^ (corner[side] == corner[other]);
-                    stack.push(g);
                 }
+                let g = other as usize / 3;
+                part[g] = parts;
+                // Two that are turned alike pass their edge in opposite ways.
+                over[g] = over[f] ^ (corner[3 * f + e] == corner[other as usize]);
+                stack.push(other / 3);
             }
         }
         parts += 1;

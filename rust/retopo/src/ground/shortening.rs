@@ -558,11 +558,8 @@ mod tests {
         assert!((total - 1.0).abs() < 1e-12);
         let points = cross_gates(&vertices, flat.gates(), &turns);
         assert_eq!(points.len(), 2);
-        assert!(
-            points
-                .iter()
-                .all(|p| (p[1] - 0.5).abs() < 1.0 && p[2] == 0.0)
-        );
+        let height = 0.5 / 3.0_f64.sqrt();
+        assert!(points.iter().all(|p| (p[1] - height).abs() < 1e-12));
     }
 
     #[test]
