@@ -67,39 +67,63 @@ pub struct NearestPlace {
 /// Return the nearest place on chains where the surface's normal agrees with one.
 pub fn find_nearest(of: &Samples<'_>, at: &Point, up: &Point) -> NearestPlace {
     let mut best = f64::INFINITY;
-    let mut found = NearestPlace {
-        sample: -1,
-        share: 0.0,
-        distance: f64::INFINITY,
+    let mut sample = -1;
+    let mut share = 0.0;
+    let mut look = |first: usize, ends: [&Point; 2], normals: [&Point; 2]| {
+        if let Some((part, distance)) = measure_segment(ends, normals, at, up)
+            && distance < best
+        {
+            best = distance;
+            sample = first as i64;
+            share = part;
+        }
     };
-    for span in of.chains() {
-        for (k, j) in span.segments() {
-            let (from, to) = (&of.points[k], &of.points[j]);
-            let normal = [0, 1, 2].map(|c| of.normals[k][c] + of.normals[j][c]);
-            let agree = dot(&normal, up);
-            if agree <= 0.0 {
-                continue;
-            }
-            let step = subtract(to, from);
-            // Adding 0 makes 0 of -0.
-            let along = 0.0 + dot(&step, &subtract(at, from));
-            let size = dot(&step, &step);
-            let share = if size > 0.0 {
-                min(max(along / size, 0.0), 1.0)
-            } else {
-                0.0
-            };
-            let away = [0, 1, 2].map(|c| from[c] + share * (to[c] - from[c]) - at[c]);
-            let distance = dot(&away, &away);
-            if distance < best {
-                best = distance;
-                found.sample = k as i64;
-                found.share = share;
-            }
+    for ChainSpan { first, end, loose } in of.chains() {
+        let (points, normals) = (&of.points[first..end], &of.normals[first..end]);
+        let segments = points.windows(2).zip(normals.windows(2));
+        for (k, (ends, normals)) in segments.enumerate() {
+            look(first + k, [&ends[0], &ends[1]], [&normals[0], &normals[1]]);
+        }
+        if loose && end > first {
+            let ends = [end - 1, first];
+            look(
+                end - 1,
+                ends.map(|k| &of.points[k]),
+                ends.map(|k| &of.normals[k]),
+            );
         }
     }
-    found.distance = best.sqrt();
-    found
+    NearestPlace {
+        sample,
+        share,
+        distance: best.sqrt(),
+    }
+}
+
+/// Return the part of a segment up to the place on it that is nearest to a point, and the squared
+/// distance; None where the surface's normals do not agree.
+#[inline(always)]
+fn measure_segment(
+    [from, to]: [&Point; 2],
+    normals: [&Point; 2],
+    at: &Point,
+    up: &Point,
+) -> Option<(f64, f64)> {
+    let normal = [0, 1, 2].map(|c| normals[0][c] + normals[1][c]);
+    if dot(&normal, up) <= 0.0 {
+        return None;
+    }
+    let step = subtract(to, from);
+    // Adding 0 makes 0 of -0.
+    let along = 0.0 + dot(&step, &subtract(at, from));
+    let size = dot(&step, &step);
+    let share = if size > 0.0 {
+        min(max(along / size, 0.0), 1.0)
+    } else {
+        0.0
+    };
+    let away = [0, 1, 2].map(|c| from[c] + share * step[c] - at[c]);
+    Some((share, dot(&away, &away)))
 }
 
 #[cfg(test)]
