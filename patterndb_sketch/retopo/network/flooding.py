@@ -158,9 +158,8 @@ def flood_triangles(
 
     None as soon as the area is more than ``most``: then it costs no more than that.
     """
-    inside, area = _flood(
-        ground.topology.across, crossed, ground.surface.areas, np.asarray(seeds, np.int32), most
-    )
+    at = np.ascontiguousarray(seeds, np.int32)
+    inside, area = _flood(ground.topology.across, crossed, ground.surface.areas, at, most)
     return None if area > most else (inside, area)
 
 

@@ -99,8 +99,8 @@ def find_nearest_place(
         of.normals,
         of.starts,
         of.loose,
-        np.asarray(point, np.float64),
-        np.asarray(normal, np.float64),
+        np.ascontiguousarray(point, np.float64),
+        np.ascontiguousarray(normal, np.float64),
     )
     if k < 0 or away > radius:
         return None

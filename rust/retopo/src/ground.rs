@@ -1,3 +1,9 @@
 //! The surface that is drawn upon: paths, neighbours, cuts.
 
 pub mod heap;
+pub mod geodesic;
+pub mod localmap;
+pub mod orientation;
+pub mod planarcut;
+pub mod shortening;
+pub mod topology;
