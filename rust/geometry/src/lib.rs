@@ -13,6 +13,6 @@ pub mod relaxation;
 mod sorting;
 pub mod tree;
 pub mod triangulation;
-mod vector;
+pub mod vector;
 
 pub use vector::Point;
