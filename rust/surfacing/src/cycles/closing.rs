@@ -264,7 +264,8 @@ pub fn find_flat_polygon(
             {
                 continue;
             }
-            let sine = dot(&cross(&arriving, tangent), &normal);
+            // Never -0.0: straight back is to the inside.
+            let sine = dot(&cross(&arriving, tangent), &normal) + 0.0;
             let turn = sine.atan2(dot(&arriving, tangent));
             if turn > turned {
                 (best, turned) = (Some(other), turn);
@@ -374,5 +375,7 @@ mod tests {
         assert_eq!(polygon([0, 8], 128), Some(vec![0, 2, 9]));
         assert_eq!(polygon([0, 8], 2), None);
         assert_eq!(polygon([0, 7], 128), None);
+        // The same seen from below: the normal points down.
+        assert_eq!(polygon([8, 0], 128), Some(vec![8, 3, 1]));
     }
 }

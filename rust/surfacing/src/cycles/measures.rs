@@ -293,7 +293,9 @@ impl Surface {
             for [a, b, _] in turns(triangle) {
                 let (a, b) = (a.min(b), a.max(b));
                 if let Some(other) = owner[a * n + b].replace(normal) {
-                    let angle = length(&cross(normal, other)).atan2(dot(normal, other));
+                    // Never -0.0: a triangle without area is bent by nothing.
+                    let along = dot(normal, other) + 0.0;
+                    let angle = length(&cross(normal, other)).atan2(along);
                     total += angle * length(&self.edge(b, a));
                 }
             }
