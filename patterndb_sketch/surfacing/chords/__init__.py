@@ -8,7 +8,6 @@ from patterndb_sketch.surfacing.chords.candidates import (
     Candidates,
     find_candidates,
     find_endpoints,
-    measure_turning,
 )
 from patterndb_sketch.surfacing.chords.decompose import (
     ALPHA,
@@ -43,6 +42,5 @@ __all__ = [
     "keep_within_budget",
     "measure_added_area",
     "measure_flatness",
-    "measure_turning",
     "search_cuts",
 ]

@@ -132,7 +132,8 @@ def find_endpoints(loop: Loop, turning_bound: float = TURNING_BOUND) -> NDArray[
         raise InvalidNetworkError(
             f"the turning bound is {turning_bound}; give an angle in radians above 0"
         )
-    return np.flatnonzero(_endpoints(loop.points, loop.corners, float(turning_bound)))
+    points, corners = np.ascontiguousarray(loop.points), np.ascontiguousarray(loop.corners)
+    return np.flatnonzero(_endpoints(points, corners, float(turning_bound)))
 
 
 @kernel
@@ -310,8 +311,9 @@ def find_candidates(loop: Loop, ends: NDArray[np.int64]) -> Candidates:
     ``n_unmatched`` counts those. The paper's "close together" is NEAR_EDGES and NEAR_SHARE here.
     """
     given = np.unique(np.asarray(ends, np.int64))
-    pairs = np.sort(_candidates(loop.points, loop.corners, given), axis=1)
-    n = len(loop.points)
+    points, corners = np.ascontiguousarray(loop.points), np.ascontiguousarray(loop.corners)
+    pairs = np.sort(_candidates(points, corners, given), axis=1)
+    n = len(points)
     chords = np.stack(np.divmod(np.unique(pairs[:, 0] * n + pairs[:, 1]), n), axis=1)
     used = np.unique(chords)
     matched = int(np.isin(given, used, assume_unique=True).sum())

@@ -187,7 +187,7 @@ def find_affordable(
     spread = math.sqrt(float((own * own).sum()) / own.size)
     if spread == 0.0:
         return np.zeros(len(chords), np.bool_)
-    flatter = _flatter(np.ascontiguousarray(own / spread), chords)
+    flatter = _flatter(np.ascontiguousarray(own / spread), np.ascontiguousarray(chords, np.int64))
     return added <= NO_AREA + price * np.maximum(flatter, 0.0)
 
 
@@ -214,7 +214,7 @@ def _measured(points: Points, chords: NDArray[np.int64]) -> NDArray[np.int64]:
     n = len(points)
     stride = -(-n // MEASURED)
     # In an order that does not depend on where the loop starts and which way it runs.
-    return np.union1d(order_canonically(points)[::stride], chords)
+    return np.union1d(order_canonically(np.ascontiguousarray(points))[::stride], chords)
 
 
 @kernel

@@ -19,6 +19,7 @@ from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
+from patterndb_sketch.surfacing.chords.flatness import diagonalise
 from patterndb_sketch.surfacing.cycles.closing import HalfCurves
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_turning
 
@@ -290,7 +291,7 @@ def _flatness(at: Points, length: float) -> float:
             for y in range(3):
                 both = u[x] * v[y] + v[x] * u[y]
                 moments[x, y] += size * (2.0 * u[x] * u[y] + 2.0 * v[x] * v[y] + both)
-    values = np.linalg.eigvalsh(moments)
+    values, _ = diagonalise(moments)
     # So small that squares of lengths are 0, it is in one place.
     return math.sqrt(max(values[0], 0.0) / values[2]) if values[2] > 0.0 else 0.0
 

@@ -1,7 +1,16 @@
 //! `patterndb._native.surfacing.cycles`.
 
+mod bounding;
+mod closing;
+mod measures;
+
 use pyo3::prelude::*;
 
-pub fn add(_module: &Bound<'_, PyModule>) -> PyResult<()> {
+use crate::add_module;
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    bounding::add(&add_module(module, "bounding")?)?;
+    closing::add(&add_module(module, "closing")?)?;
+    measures::add(&add_module(module, "measures")?)?;
     Ok(())
 }
