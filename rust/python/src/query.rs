@@ -5,8 +5,8 @@ mod expand;
 mod families;
 mod identity;
 mod marks;
-mod recognise;
 mod placing;
+mod recognise;
 mod solving;
 
 use pyo3::prelude::*;

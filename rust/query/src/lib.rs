@@ -8,6 +8,6 @@ pub mod expand;
 pub mod families;
 pub mod identity;
 pub mod marks;
-pub mod recognise;
 pub mod placing;
+pub mod recognise;
 pub mod solving;

@@ -1,7 +1,7 @@
 //! The surface that is drawn upon: paths, neighbours, cuts.
 
-pub mod heap;
 pub mod geodesic;
+pub mod heap;
 pub mod localmap;
 pub mod orientation;
 pub mod planarcut;
