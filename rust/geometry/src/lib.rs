@@ -10,9 +10,9 @@ pub mod neighbours;
 pub mod proximity;
 pub mod quadshape;
 pub mod relaxation;
-mod sorting;
+pub mod sorting;
 pub mod tree;
 pub mod triangulation;
-mod vector;
+pub mod vector;
 
 pub use vector::Point;

@@ -4,6 +4,7 @@
 //! looks at a clock. Modules have the names of the Python modules that call them.
 
 pub mod expand;
+pub mod holes;
 pub mod identity;
 pub mod marks;
 pub mod solving;
