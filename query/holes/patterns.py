@@ -372,6 +372,7 @@ def _find_lies(
                     mirrored[place] = hand == 1
                     for i in range(c):
                         widths[place, i] = abs(width[i])
+                    widths[place, c:] = 0
                     if count == most:
                         worst = 0
                         for i in range(1, most):

@@ -9,9 +9,11 @@ quads are flipped by it.)
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import lapack
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import splu
 
@@ -22,6 +24,9 @@ from patterndb.system.kernels import kernel
 from query.holes.surroundings import Surroundings, norm_of
 from query.placing.laplace import solve_harmonic
 from query.placing.untangle import untangle
+
+#: The library's routines are known at run time only.
+_lapack: Any = lapack
 
 #: Inner vertices up to which a dense solver is faster.
 DENSE = 160
@@ -89,17 +94,15 @@ def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> Plac
     points[:n_outer] = around.points
     points[n_outer:] = around.points[:n_loop].mean(axis=0)
     start, beside = _neighbours(
-        around.corners.astype(np.int64), around.offsets, shifted, n_outer, n_outer + inner
+        around.corners.astype(np.int64), around.offsets, shifted, n_outer + inner
     )
     placed: PlacedFill | None = None
     for harmonic in (False, True):
         bending = 0.0
         if inner:
-            if inner <= DENSE:
-                solved, bending = _solve_dense(points, start, beside, n_outer, n_loop, harmonic)
-            else:
-                rows_of = _laplacian_rows(points, start, beside, n_outer, n_loop)
-                solved, bending = _solve_sparse(*rows_of, inner, harmonic)
+            rows_of = _laplacian_rows(points, start, beside, n_outer, n_loop)
+            solve = _solve_dense if inner <= DENSE else _solve_sparse
+            solved, bending = solve(*rows_of, inner, harmonic)
             points[n_outer:] = solved
         measures, flipped = _measure_there(around, points, shifted)
         rows = inner + n_loop
@@ -155,7 +158,6 @@ def _neighbours(
     corners: NDArray[np.int64],
     offsets: NDArray[np.int64],
     quads: NDArray[np.int64],
-    n_outer: int,
     n_points: int,
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Neighbours of every vertex along edges, once for each face that the edge borders."""
@@ -226,29 +228,32 @@ def _laplacian_rows(
     return row[:n], column[:n], weight[:n], right
 
 
-@kernel
 def _solve_dense(
-    points: Floats,
-    start: NDArray[np.int64],
-    beside: NDArray[np.int64],
-    n_outer: int,
-    n_loop: int,
+    row: NDArray[np.int64],
+    column: NDArray[np.int64],
+    weight: Floats,
+    right: Floats,
+    inner: int,
     harmonic: bool,
 ) -> tuple[Floats, float]:
-    row, column, weight, right = _laplacian_rows(points, start, beside, n_outer, n_loop)
-    inner = len(start) - 1 - n_outer
-    a = np.zeros((inner + n_loop, inner))
-    for i in range(len(row)):
-        a[row[i], column[i]] += weight[i]
+    a = np.zeros((len(right), inner))
+    np.add.at(a.reshape(-1), row * inner + column, weight)
     if harmonic:
-        solved = np.linalg.solve(a[:inner], right[:inner])
+        solved = _solve_square(a[:inner], right[:inner])
     else:
         m = a.T @ a
-        for i in range(inner):
-            m[i, i] += RIDGE
-        solved = np.linalg.solve(m, a.T @ right)
+        m[np.diag_indices(inner)] += RIDGE
+        solved = _solve_square(m, a.T @ right)
     rest = a @ solved - right
-    return solved, (rest * rest).sum()  # pyright: ignore[reportReturnType]
+    return solved, float(np.cumsum(rest * rest)[-1])
+
+
+def _solve_square(a: Floats, right: Floats) -> Floats:
+    """Solve a square system. LAPACK is SciPy's: NumPy's has other last digits."""
+    _, _, solved, singular = _lapack.dgesv(a, right)
+    if singular:
+        raise np.linalg.LinAlgError("Singular matrix")
+    return solved
 
 
 def _solve_sparse(

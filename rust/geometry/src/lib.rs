@@ -10,7 +10,7 @@ pub mod neighbours;
 pub mod proximity;
 pub mod quadshape;
 pub mod relaxation;
-mod sorting;
+pub mod sorting;
 pub mod tree;
 pub mod triangulation;
 pub mod vector;

@@ -3,6 +3,7 @@
 mod construct;
 mod expand;
 mod families;
+mod holes;
 mod identity;
 mod marks;
 mod placing;
@@ -17,6 +18,7 @@ pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     construct::add(&add_module(module, "construct")?)?;
     expand::add(&add_module(module, "expand")?)?;
     families::add(&add_module(module, "families")?)?;
+    holes::add(&add_module(module, "holes")?)?;
     identity::add(&add_module(module, "identity")?)?;
     marks::add(&add_module(module, "marks")?)?;
     recognise::add(&add_module(module, "recognise")?)?;

@@ -65,13 +65,14 @@ pub fn weld_quads(quads: &[[i32; 4]], n_vertices: usize, perimeter: i32) -> (Vec
 }
 
 /// Half-edges by the vertex that they leave.
-struct HalfEdgesByTail {
+pub(crate) struct HalfEdgesByTail {
     first: Vec<usize>,
     half_edges: Vec<i32>,
 }
 
 impl HalfEdgesByTail {
-    fn new(tail: &[i32], n_vertices: usize) -> Self {
+    /// List half-edges by their tails, below `n_vertices`.
+    pub(crate) fn new(tail: &[i32], n_vertices: usize) -> Self {
         let mut first = vec![0; n_vertices + 1];
         for &v in tail {
             first[v as usize + 1] += 1;
@@ -89,7 +90,7 @@ impl HalfEdgesByTail {
     }
 
     /// Return the half-edges that leave vertex `v`, in order.
-    fn of(&self, v: i32) -> &[i32] {
+    pub(crate) fn of(&self, v: i32) -> &[i32] {
         &self.half_edges[self.first[v as usize]..self.first[v as usize + 1]]
     }
 }

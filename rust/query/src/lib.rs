@@ -6,6 +6,7 @@
 pub mod construct;
 pub mod expand;
 pub mod families;
+pub mod holes;
 pub mod identity;
 pub mod marks;
 pub mod placing;

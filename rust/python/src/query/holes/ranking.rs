@@ -1,0 +1,33 @@
+//! `patterndb._native.query.holes.ranking`.
+
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use patterndb_query::holes::ranking::{self, Loop};
+use pyo3::prelude::*;
+
+use crate::arrays::{read, run};
+use crate::rows::read_rows;
+
+#[pyfunction]
+fn measure_quads<'py>(
+    py: Python<'py>,
+    quads: PyReadonlyArray2<'py, i32>,
+    n_vertices: usize,
+    due: PyReadonlyArray1<'py, i32>,
+    asked: PyReadonlyArray1<'py, i32>,
+    ahead: PyReadonlyArray2<'py, f64>,
+    logs: PyReadonlyArray1<'py, f64>,
+) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    let of_loop = Loop {
+        due: read(&due)?,
+        asked: read(&asked)?,
+        ahead: read_rows(&ahead)?,
+        logs: read(&logs)?,
+    };
+    let quads = read_rows(&quads)?;
+    let found = run(py, || ranking::measure_quads(quads, n_vertices, &of_loop))?;
+    Ok(PyArray1::from_slice(py, &found))
+}
+
+pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_function(wrap_pyfunction!(measure_quads, module)?)
+}
