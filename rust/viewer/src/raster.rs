@@ -36,13 +36,12 @@ impl Window {
     /// Return the window around points, within a picture; None where it is empty.
     fn around(points: &[Place], width: usize, height: usize) -> Option<Window> {
         let side = |c: usize, size: usize| {
-            let (low, high) = points
-                .iter()
-                .fold((size as f64, 0.0), |(low, high), point| {
-                    (min(low, point[c].floor()), max(high, point[c].ceil()))
-                });
-            let low = max(low, 0.0) as usize;
-            let length = (min(high, size as f64) as usize).checked_sub(low)?;
+            let ends = (size as f64, 0.0);
+            let (low, high) = points.iter().fold(ends, |(low, high), point| {
+                (min(low, point[c]), max(high, point[c]))
+            });
+            let low = low as usize;
+            let length = (min(high.ceil(), size as f64) as usize).checked_sub(low)?;
             (length > 0).then_some((low, length))
         };
         let ((left, width), (top, height)) = (side(0, width)?, side(1, height)?);
@@ -86,11 +85,13 @@ impl Cover {
         let slope = (x1 - x0) / (y1 - y0);
         let limit = (self.width - 2) as f64;
         let height = self.rows.len() / self.width;
-        let first = max(y0.floor(), 0.0) as usize;
-        let last = (max(y1.ceil(), 0.0) as usize).min(height);
-        let rows = self.rows.chunks_exact_mut(self.width).enumerate();
-        for (row, cover) in rows.take(last).skip(first) {
-            let (begin, end) = (max(y0, row as f64), min(y1, row as f64 + 1.0));
+        // A place above the window is taken to its first row.
+        let first = (y0 as usize).min(height);
+        let stop = (y1 as usize + 1).clamp(first, height);
+        let rows = &mut self.rows[first * self.width..stop * self.width];
+        for (row, cover) in (first as u32..).zip(rows.chunks_exact_mut(self.width)) {
+            let row = f64::from(row);
+            let (begin, end) = (max(y0, row), min(y1, row + 1.0));
             if begin >= end {
                 continue;
             }

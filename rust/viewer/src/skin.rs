@@ -38,7 +38,7 @@ fn to_unit_range(x: f64) -> f64 {
 /// At each corner the mean, by area, of the triangles around that lie nearly flat beside its own;
 /// those that look the other way count as if they were turned.
 pub fn blend_normals(faces: &Faces, crease: Crease) -> Vec<[Point; 3]> {
-    let blend = |own: &Point, vertex: i32| {
+    let blend = |own: &Point, vertex: i32| -> Point {
         let [from, to] = [0, 1].map(|k| faces.offsets[vertex as usize + k] as usize);
         let mut sum = [0.0; 3];
         for &u in &faces.around[from..to] {
@@ -82,14 +82,19 @@ impl View {
     /// Return a direction as it is seen.
     #[inline(always)]
     fn turn(&self, direction: &Point) -> Point {
+        let [x, y, z] = &self.axes;
         // Adding 0 makes 0 of -0.
-        [0, 1, 2].map(|i| 0.0 + dot(&self.axes[i], direction))
+        [
+            0.0 + dot(x, direction),
+            0.0 + dot(y, direction),
+            0.0 + dot(z, direction),
+        ]
     }
 
     #[inline(always)]
     fn see(&self, point: &Point) -> Point {
-        self.turn(&subtract(point, &self.focus))
-            .map(|x| self.scale * x)
+        let [x, y, z] = self.turn(&subtract(point, &self.focus));
+        [self.scale * x, self.scale * y, self.scale * z]
     }
 }
 
@@ -111,9 +116,10 @@ pub struct Light {
 }
 
 impl Light {
-    /// Return how bright a surface with a normal is.
+    /// Return how bright a surface with a normal is, or with that turned where `side` is -1.
     #[inline(always)]
-    fn shade(&self, normal: &Point) -> f64 {
+    fn shade(&self, [x, y, z]: Point, side: f64) -> f64 {
+        let normal = &[side * x, side * y, side * z];
         let one = to_unit_range(dot(normal, &self.key));
         let other = to_unit_range(dot(normal, &self.fill));
         let value = self.ambient + self.of_key * one + self.of_fill * other;
@@ -131,22 +137,28 @@ pub fn shade(
     view: &View,
     light: &Light,
 ) -> (Vec<Triangle>, Vec<[f32; 3]>) {
-    let each = corners.iter().zip(normals);
-    each.map(|(corners, normals)| {
-        let seen = corners.each_ref().map(|corner| view.see(corner));
+    let mut all_seen = Vec::with_capacity(corners.len());
+    let mut all_bright = Vec::with_capacity(corners.len());
+    for (corners, normals) in corners.iter().zip(normals) {
+        // Loops: closures for each of three corners would be called, not compiled in place.
+        let mut seen = [[0.0; 3]; 3];
+        for (seen, corner) in seen.iter_mut().zip(corners) {
+            *seen = view.see(corner);
+        }
         let (a, b) = (subtract(&seen[1], &seen[0]), subtract(&seen[2], &seen[0]));
         let side = if a[0] * b[1] - a[1] * b[0] < 0.0 {
             -1.0
         } else {
             1.0
         };
-        let bright = normals.each_ref().map(|normal| {
-            let normal = view.turn(normal).map(|x| side * x);
-            light.shade(&normal) as f32
-        });
-        (seen, bright)
-    })
-    .unzip()
+        let mut bright = [0.0; 3];
+        for (bright, normal) in bright.iter_mut().zip(normals) {
+            *bright = light.shade(view.turn(normal), side) as f32;
+        }
+        all_seen.push(seen);
+        all_bright.push(bright);
+    }
+    (all_seen, all_bright)
 }
 
 #[cfg(test)]

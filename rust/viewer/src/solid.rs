@@ -26,7 +26,8 @@ pub struct Canvas<'a> {
 fn pixels(from: f64, to: f64, count: usize) -> std::ops::Range<usize> {
     let first = max((from - 0.5).floor(), 0.0) as usize;
     let last = min((to - 0.5).ceil(), count as f64 - 1.0);
-    first..(last + 1.0) as usize
+    let stop = (last + 1.0) as usize;
+    first.min(stop)..stop
 }
 
 /// Paint triangles over the picture; the nearer wins.
@@ -52,24 +53,28 @@ pub fn fill_triangles(corners: &[Triangle], colours: &[[Colour; 3]], canvas: Can
         let rows = pixels(min(min(ay, by), cy), max(max(ay, by), cy), height);
         for i in rows {
             let y = i as f64 + 0.5;
-            let row = i * width..(i + 1) * width;
-            let (depth, image) = (&mut depth[row.clone()], &mut image[row]);
-            for j in columns.clone() {
-                let x = j as f64 + 0.5;
+            let row = i * width + columns.start..i * width + columns.end;
+            let row = depth[row.clone()].iter_mut().zip(&mut image[row]);
+            for (j, (depth, colour)) in (columns.start as u32..).zip(row) {
+                let x = f64::from(j) + 0.5;
                 let u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area;
+                if u < SLACK {
+                    continue;
+                }
                 let v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area;
                 let w = 1.0 - u - v;
-                if u < SLACK || v < SLACK || w < SLACK {
+                if v < SLACK || w < SLACK {
                     continue;
                 }
                 let z = u * az + v * bz + w * cz;
-                if z <= f64::from(depth[j]) {
+                if z <= f64::from(*depth) {
                     continue;
                 }
-                depth[j] = z as f32;
-                let blend =
-                    |k: usize| u * f64::from(a[k]) + v * f64::from(b[k]) + w * f64::from(c[k]);
-                image[j] = [0, 1, 2].map(|k| blend(k) as f32);
+                *depth = z as f32;
+                for (k, colour) in colour.iter_mut().enumerate() {
+                    let blend = u * f64::from(a[k]) + v * f64::from(b[k]) + w * f64::from(c[k]);
+                    *colour = blend as f32;
+                }
             }
         }
     }
@@ -100,14 +105,15 @@ mod tests {
 
     #[test]
     fn what_is_outside_is_not_painted() {
-        let far = [[-9.0, -9.0, 0.0], [-5.0, -9.0, 0.0], [-9.0, -5.0, 0.0]];
+        let before = [[-9.0, -9.0, 0.0], [-5.0, -9.0, 0.0], [-9.0, -5.0, 0.0]];
+        let behind = before.map(|corner| corner.map(|x| -x));
         let (mut depth, mut image) = ([f32::NEG_INFINITY; 4], [[0.0; 3]; 4]);
         let canvas = Canvas {
             width: 2,
             depth: &mut depth,
             image: &mut image,
         };
-        fill_triangles(&[far], &[[[1.0; 3]; 3]], canvas);
+        fill_triangles(&[before, behind], &[[[1.0; 3]; 3]; 2], canvas);
         assert_eq!(image, [[0.0; 3]; 4]);
     }
 }

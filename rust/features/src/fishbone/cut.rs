@@ -49,16 +49,20 @@ impl Origins {
 ///
 /// Source: Felzenszwalb and Huttenlocher 2012, "Distance transforms of sampled functions".
 pub(super) fn spread(costs: &mut [f64], origins: &mut [i32], slope: f64) {
-    let n = costs.len();
-    let mut take = |j: usize, from: usize| {
-        let through = costs[from] + slope;
-        if through < costs[j] {
-            costs[j] = through;
-            origins[j] = origins[from];
+    pass_on(costs.iter_mut().zip(origins.iter_mut()), slope);
+    pass_on(costs.iter_mut().zip(origins).rev(), slope);
+}
+
+/// Pass costs on from each row to the next.
+fn pass_on<'a>(rows: impl Iterator<Item = (&'a mut f64, &'a mut i32)>, slope: f64) {
+    let mut before = (f64::INFINITY, 0);
+    for (cost, origin) in rows {
+        let through = before.0 + slope;
+        if through < *cost {
+            (*cost, *origin) = (through, before.1);
         }
-    };
-    (1..n).for_each(|j| take(j, j - 1));
-    (1..n).rev().for_each(|j| take(j - 1, j));
+        before = (*cost, *origin);
+    }
 }
 
 /// Return the rows of ribs with the least sum of their costs and of what the rows between neighbours

@@ -56,15 +56,17 @@ pub fn track(creases: &Creases) -> Way {
                 continue;
             }
             *after += change * length(bend);
-            for other in j.saturating_sub(reach)..n_rows.min(j + reach + 1) {
-                let through = best[other] + step * other.abs_diff(j) as f64;
+            let near = j.saturating_sub(reach)..n_rows.min(j + reach + 1);
+            let rows = best[near.clone()].iter().zip(&before[near.clone()]);
+            for (other, (best, other_bend)) in (near.start as i32..).zip(rows) {
+                let through = best + step * f64::from((other - j as i32).abs());
                 if through >= *after {
                     continue;
                 }
-                let through = through + change * length(&subtract(bend, &before[other]));
+                let through = through + change * length(&subtract(bend, other_bend));
                 if through < *after {
                     *after = through;
-                    *origin = other as i32;
+                    *origin = other;
                 }
             }
         }

@@ -44,25 +44,37 @@ impl<'a> Polyline<'a> {
         up_to.map(move |along| along / whole)
     }
 
-    /// Return the point at an arc length.
-    fn at(&self, along: f64) -> Point {
-        let inner = &self.lengths[1..self.lengths.len() - 1];
-        let i = inner.partition_point(|&length| length < along);
-        let step = self.lengths[i + 1] - self.lengths[i];
-        let t = if step > 0.0 {
-            (along - self.lengths[i]) / step
-        } else {
-            0.0
-        };
-        let t = min(max(t, 0.0), 1.0);
-        let (a, b) = (&self.points[i], &self.points[(i + 1) % self.points.len()]);
-        [0, 1, 2].map(|c| a[c] * (1.0 - t) + b[c] * t)
+    /// Return the points at arc lengths, soonest where these ascend.
+    fn interpolate(&self, wanted: impl Iterator<Item = f64>) -> impl Iterator<Item = Point> {
+        let lengths = &self.lengths;
+        let mut i = 0;
+        wanted.map(move |along| {
+            if lengths[i] >= along {
+                i = 0;
+            }
+            while i + 2 < lengths.len() && lengths[i + 1] < along {
+                i += 1;
+            }
+            let step = lengths[i + 1] - lengths[i];
+            let t = if step > 0.0 {
+                (along - lengths[i]) / step
+            } else {
+                0.0
+            };
+            let t = min(max(t, 0.0), 1.0);
+            let (a, b) = (&self.points[i], &self.points[(i + 1) % self.points.len()]);
+            [0, 1, 2].map(|c| a[c] * (1.0 - t) + b[c] * t)
+        })
     }
 
     /// Return the points at the middles of as many equal parts as there are samples.
     fn samples(&self) -> [Point; SAMPLES] {
-        let middle = |n: usize| (n as f64 + 0.5) / SAMPLES as f64 * self.length();
-        std::array::from_fn(|n| self.at(middle(n)))
+        let middle = |n| (f64::from(n) + 0.5) / SAMPLES as f64 * self.length();
+        let mut samples = [[0.0; 3]; SAMPLES];
+        for (sample, point) in samples.iter_mut().zip(self.interpolate((0..).map(middle))) {
+            *sample = point;
+        }
+        samples
     }
 }
 
@@ -123,7 +135,7 @@ pub struct LoopDistance {
 /// Of all starts and both senses the nearest counts.
 pub fn measure_loop_distance(stroke: &[Point], middle: &[Point]) -> LoopDistance {
     let one = Polyline::closed(stroke);
-    let (a, b) = (one.samples(), Polyline::closed(middle).samples());
+    let (a, b) = (&one.samples(), &Polyline::closed(middle).samples());
     // The gaps for a start and a sense, in order.
     let gaps = |shift: usize, against: bool| {
         (0..SAMPLES).map(move |n| {
@@ -157,22 +169,18 @@ pub fn measure_loop_distance(stroke: &[Point], middle: &[Point]) -> LoopDistance
 /// Return the points of an open stroke at the arc lengths of a midline's, in proportion.
 pub fn list_open_targets(stroke: &[Point], middle: &[Point]) -> Vec<Point> {
     let one = Polyline::open(stroke);
-    let parts = Polyline::open(middle);
-    parts
-        .parts()
-        .map(|part| one.at(part * one.length()))
-        .collect()
+    let two = Polyline::open(middle);
+    let wanted = two.parts().map(|part| part * one.length());
+    one.interpolate(wanted).collect()
 }
 
 /// As [`list_open_targets`] of a closed stroke, the midline's first point falling at the part
 /// `offset` of the stroke.
 pub fn list_loop_targets(stroke: &[Point], middle: &[Point], offset: f64) -> Vec<Point> {
     let one = Polyline::closed(stroke);
-    let parts = Polyline::closed(middle);
-    parts
-        .parts()
-        .map(|part| one.at((part + offset) % 1.0 * one.length()))
-        .collect()
+    let two = Polyline::closed(middle);
+    let wanted = two.parts().map(|part| (part + offset) % 1.0 * one.length());
+    one.interpolate(wanted).collect()
 }
 
 #[cfg(test)]

@@ -72,38 +72,77 @@ pub struct Tangle<'a> {
     pub up: &'a [Point],
 }
 
-/// A wanted corner of a quad: a triangle.
-struct Corner {
+impl<'a> Tangle<'a> {
+    /// Return the quads with a wanted corner.
+    fn quads(&self) -> Vec<Quad<'a>> {
+        let each = self.quads.iter().zip(self.wanted).zip(self.up);
+        let quads = each.map(|((quad, &wanted), up)| Quad {
+            vertices: quad.map(|v| v as usize),
+            wanted,
+            up,
+        });
+        quads.filter(|quad| quad.wanted.contains(&true)).collect()
+    }
+}
+
+struct Quad<'a> {
+    vertices: [usize; 4],
+    wanted: [bool; 4],
+    /// The surface's normal.
+    up: &'a Point,
+}
+
+/// A corner of a quad: a triangle.
+struct Corner<'a> {
     /// The vertex at the corner, and those after and before it in the quad.
     vertices: [usize; 3],
-    up: Point,
+    /// From the corner's vertex to that after it.
+    u: Point,
+    /// From the corner's vertex to that before it.
+    v: Point,
+    up: &'a Point,
 }
 
-impl Corner {
-    /// Return the edges that leave the corner's vertex: that along the quad, and that against it.
+impl<'a> Quad<'a> {
+    /// Return the edges, each from a corner's vertex to that after it, in sizes.
     #[inline(always)]
-    fn edges(&self, points: &[Point]) -> [Point; 2] {
-        let [i, j, k] = self.vertices;
-        [j, k].map(|other| subtract(&points[other], &points[i]))
+    fn edges(&self, size: f64, points: &[Point]) -> [Point; 4] {
+        let [a, b, c, d] = self.vertices;
+        let mut edges = [[0.0; 3]; 4];
+        for (edge, (from, to)) in edges.iter_mut().zip([(a, b), (b, c), (c, d), (d, a)]) {
+            let [x, y, z] = subtract(&points[to], &points[from]);
+            *edge = [x / size, y / size, z / size];
+        }
+        edges
     }
 
+    /// Return the wanted corners, given the edges.
+    #[inline(always)]
+    fn corners(&self, edges: &[Point; 4]) -> impl Iterator<Item = Corner<'a>> {
+        let wanted = (0..4).filter(|&e| self.wanted[e]);
+        wanted.map(move |e| {
+            let (after, before) = ((e + 1) % 4, (e + 3) % 4);
+            let [x, y, z] = edges[before];
+            Corner {
+                vertices: [
+                    self.vertices[e],
+                    self.vertices[after],
+                    self.vertices[before],
+                ],
+                u: edges[e],
+                // Taken from 0, 0 does not become -0.
+                v: [0.0 - x, 0.0 - y, 0.0 - z],
+                up: self.up,
+            }
+        })
+    }
+}
+
+impl Corner<'_> {
     /// Return twice the area, below 0 if it is flipped.
     #[inline(always)]
-    fn area(&self, [u, v]: &[Point; 2]) -> f64 {
-        dot(&self.up, &cross(u, v))
-    }
-}
-
-impl Tangle<'_> {
-    fn corners(&self) -> Vec<Corner> {
-        let mut corners = Vec::with_capacity(4 * self.quads.len());
-        for ((quad, wanted), &up) in self.quads.iter().zip(self.wanted).zip(self.up) {
-            for e in (0..4).filter(|&e| wanted[e]) {
-                let vertices = [e, (e + 1) % 4, (e + 3) % 4].map(|e| quad[e] as usize);
-                corners.push(Corner { vertices, up });
-            }
-        }
-        corners
+    fn area(&self) -> f64 {
+        dot(self.up, &cross(&self.u, &self.v))
     }
 }
 
@@ -124,11 +163,11 @@ pub fn compute_energy(
     points: &[Point],
     force: &mut [Point],
 ) -> Measure {
-    measure(&tangle.corners(), size, epsilon, points, force)
+    measure(&tangle.quads(), size, epsilon, points, force)
 }
 
 fn measure(
-    corners: &[Corner],
+    quads: &[Quad],
     size: f64,
     epsilon: f64,
     points: &[Point],
@@ -137,29 +176,31 @@ fn measure(
     force.fill([0.0; 3]);
     let mut energy = 0.0;
     let mut smallest = f64::INFINITY;
-    for corner in corners {
-        let edges = corner.edges(points).map(|edge| edge.map(|x| x / size));
-        let area = corner.area(&edges);
-        let [u, v] = edges;
-        smallest = min(smallest, area);
-        let root = (area * area + epsilon * epsilon).sqrt();
-        let smooth = if area < 0.0 {
-            0.5 * epsilon * epsilon / (root - area)
-        } else {
-            0.5 * (area + root)
-        };
-        let norm = 0.5 * (dot(&u, &u) + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-        energy += norm / smooth;
-        let by_norm = 1.0 / (smooth * size);
-        let by_area = -norm / (smooth * root * size);
-        let (area_by_u, area_by_v) = (cross(&v, &corner.up), cross(&corner.up, &u));
-        let [i, j, k] = corner.vertices;
-        let by_u = [0, 1, 2].map(|c| by_norm * u[c] + by_area * area_by_u[c]);
-        let by_v = [0, 1, 2].map(|c| by_norm * v[c] + by_area * area_by_v[c]);
-        for c in 0..3 {
-            force[j][c] += by_u[c];
-            force[k][c] += by_v[c];
-            force[i][c] -= by_u[c] + by_v[c];
+    for quad in quads {
+        let edges = quad.edges(size, points);
+        for corner in quad.corners(&edges) {
+            let area = corner.area();
+            let Corner { u, v, up, .. } = &corner;
+            smallest = min(smallest, area);
+            let root = (area * area + epsilon * epsilon).sqrt();
+            let smooth = if area < 0.0 {
+                0.5 * epsilon * epsilon / (root - area)
+            } else {
+                0.5 * (area + root)
+            };
+            let norm = 0.5 * (dot(u, u) + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            energy += norm / smooth;
+            let by_norm = 1.0 / (smooth * size);
+            let by_area = -norm / (smooth * root * size);
+            let (area_by_u, area_by_v) = (cross(v, up), cross(up, u));
+            let [i, j, k] = corner.vertices;
+            for c in 0..3 {
+                let by_u = by_norm * u[c] + by_area * area_by_u[c];
+                let by_v = by_norm * v[c] + by_area * area_by_v[c];
+                force[j][c] += by_u;
+                force[k][c] += by_v;
+                force[i][c] -= by_u + by_v;
+            }
         }
     }
     Measure { energy, smallest }
@@ -167,12 +208,16 @@ fn measure(
 
 /// Return how many wanted corners have no positive area.
 pub fn count_flipped_corners(tangle: &Tangle, points: &[Point]) -> usize {
-    count_flipped(&tangle.corners(), points)
+    count_flipped(&tangle.quads(), points)
 }
 
-fn count_flipped(corners: &[Corner], points: &[Point]) -> usize {
-    let is_flipped = |corner: &&Corner| corner.area(&corner.edges(points)) <= 0.0;
-    corners.iter().filter(is_flipped).count()
+fn count_flipped(quads: &[Quad], points: &[Point]) -> usize {
+    let count = |quad: &Quad| {
+        let edges = quad.edges(1.0, points);
+        let corners = quad.corners(&edges);
+        corners.filter(|corner| corner.area() <= 0.0).count()
+    };
+    quads.iter().map(count).sum()
 }
 
 /// Vertices that may move within their planes.
@@ -306,14 +351,14 @@ pub fn minimise_energy(
     points: &mut [Point],
     left_over: f64,
 ) -> f64 {
-    let corners = tangle.corners();
+    let quads = tangle.quads();
     let n = 2 * movable.free.len();
     let origin: Vec<Point> = movable.each().map(|(i, _)| points[i]).collect();
     let [mut at, mut trial, mut direction] = [(); 3].map(|()| vec![0.0; n]);
     let [mut gradient, mut trial_gradient] = [(); 2].map(|()| vec![0.0; n]);
     let mut force = vec![[0.0; 3]; points.len()];
     let mut memory = Memory::new(n);
-    let mut now = measure(&corners, size, 1.0, points, &mut force);
+    let mut now = measure(&quads, size, 1.0, points, &mut force);
     let mut blunt = 1.0;
     let mut left = Vec::with_capacity(ROUNDS);
     for done in 0..ROUNDS {
@@ -325,7 +370,7 @@ pub fn minimise_energy(
             max(blunt, (1e-9 + 0.04 * now.smallest * now.smallest).sqrt())
         };
         blunt *= SHARPENED;
-        now = measure(&corners, size, epsilon, points, &mut force);
+        now = measure(&quads, size, epsilon, points, &mut force);
         movable.write_parts(&force, &mut gradient);
         memory.kept = 0;
         for _ in 0..STEPS {
@@ -344,7 +389,7 @@ pub fn minimise_energy(
                 trial.copy_from_slice(&at);
                 add(&mut trial, step, &direction);
                 movable.move_points(&origin, &trial, points);
-                let found = measure(&corners, size, epsilon, points, &mut force);
+                let found = measure(&quads, size, epsilon, points, &mut force);
                 if found.energy <= now.energy + 1e-4 * step * descent
                     && (found.smallest > 0.0 || !sound)
                 {
@@ -365,12 +410,12 @@ pub fn minimise_energy(
             }
         }
         movable.move_points(&origin, &at, points);
-        left.push(count_flipped(&corners, points) as f64);
+        left.push(count_flipped(&quads, points) as f64);
         if sound || (done > 1 && left[done] > max(MANY, left_over * left[done - 2])) {
             break;
         }
     }
-    measure(&corners, size, SHARP, points, &mut force).smallest
+    measure(&quads, size, SHARP, points, &mut force).smallest
 }
 
 #[cfg(test)]
