@@ -21,13 +21,11 @@ Int64Array = NDArray[np.int64]
 Index = Any
 
 
-@kernel(inline="always")
 def next_edge(h: Index) -> Index:
     """The half-edge after h in its quad, counter-clockwise."""
     return (h & ~3) | ((h + 1) & 3)
 
 
-@kernel(inline="always")
 def prev_edge(h: Index) -> Index:
     """The half-edge before h in its quad."""
     return (h & ~3) | ((h + 3) & 3)

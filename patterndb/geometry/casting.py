@@ -67,7 +67,6 @@ def _meets_box(
     return low <= high + 1e-12 * (1.0 + abs(high))
 
 
-_walk_along = make_walk(_measure_start, _is_missed)
 
 
 @kernel
@@ -159,7 +158,6 @@ def _entered(boxes: Points, b: Index, origin: Points, direction: Points) -> floa
     return low if low <= high + 1e-12 * (1.0 + abs(high)) else np.inf
 
 
-_walk_ahead = make_walk(_measure_entry, _is_behind)
 
 
 @kernel
@@ -244,7 +242,6 @@ def _is_later(
     return far > bound or far == np.inf
 
 
-_walk_ray = make_walk(_measure_ray, _is_later)
 
 
 @kernel(forceinline=True)
@@ -256,7 +253,6 @@ def _is_beside(
     return low > high
 
 
-_walk_line = make_walk(measure_backwards, _is_beside)
 
 
 @kernel

@@ -256,7 +256,6 @@ def _highest(
     return (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0)
 
 
-_walk = make_walk(measure_backwards, _is_apart)
 
 
 @kernel

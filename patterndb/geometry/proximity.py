@@ -37,7 +37,6 @@ def _is_farther(
     return far >= bound
 
 
-_walk_nearest = make_walk(_measure_point, _is_farther)
 
 
 @kernel
@@ -244,9 +243,6 @@ def _is_outside(
     return apart
 
 
-#: The leaves whose boxes meet a box; asked is its lower and its upper corner, (3,) each, and the
-#: bound is of no matter.
-walk_box = make_walk(measure_backwards, _is_outside)
 
 
 @kernel

@@ -35,8 +35,6 @@ DEPTH = 64
 #: How many boxes wait on a stack that no walk has begun with.
 _NONE_YET = -1
 
-#: From the tree's boxes and nodes, what is asked, the bound and the stack, the next leaf or -1.
-Walk = Callable[[Points, Int32Array, Any, float, Int32Array, Floats], int]
 
 
 @kernel
@@ -86,71 +84,6 @@ def build(corners: Points) -> tuple[Points, Int32Array, Int32Array]:
             count += 2
         at += 1
     return boxes[:count].copy(), nodes[:count].copy(), order
-
-
-def make_walk(
-    measure: Callable[[Points, Index, Any], float],
-    is_beyond: Callable[[Points, Index, float, Any, float], bool],
-) -> Walk:
-    """Make the kernel that finds the leaves of a tree which may hold the answer to a question.
-
-    measure:   kernel (boxes, b, asked) -> how far box b is; of two boxes the nearer is opened
-               first, of equal ones the first.
-    is_beyond: kernel (boxes, b, far, asked, bound) -> may box b, so far by its measure, be left
-               out, now that the bound is this?
-
-    asked is a tuple of what the question is about, arrays and numbers; bound is what the best
-    answer so far is worth. With ``forceinline`` both kernels, and the walk, become part of the
-    kernel that asks: it costs what a walk written by hand does, for which it is to call the walk
-    in one place.
-
-    Example::
-
-        stack, far = make_stack()
-        for i in range(len(points)):
-            best = np.inf
-            begin_walk(stack)
-            while True:
-                leaf = walk(boxes, nodes, (points, i), best, stack, far)
-                if leaf < 0:
-                    break
-                for k in range(nodes[leaf, 0], nodes[leaf, 0] + nodes[leaf, 1]):
-                    ...  # look at triangle order[k], perhaps lower best
-    """
-
-    @kernel(forceinline=True)
-    def walk(
-        boxes: Points, nodes: Int32Array, asked: Any, bound: float, stack: Int32Array, far: Floats
-    ) -> int:
-        # The stack's last place counts what is on it.
-        top = stack[DEPTH]
-        if top == _NONE_YET:
-            stack[0] = 0
-            far[0] = measure(boxes, 0, asked)
-            top = 1
-        while top:
-            top -= 1
-            b = stack[top]
-            if is_beyond(boxes, b, far[top], asked, bound):
-                continue
-            first = nodes[b, 0]
-            if nodes[b, 1] >= 0:
-                stack[DEPTH] = top
-                return b
-            # The nearer child is opened first: it is pushed last.
-            one = measure(boxes, first, asked)
-            two = measure(boxes, first + 1, asked)
-            if one > two:
-                stack[top], far[top] = first, one
-                stack[top + 1], far[top + 1] = first + 1, two
-            else:
-                stack[top], far[top] = first + 1, two
-                stack[top + 1], far[top + 1] = first, one
-            top += 2
-        stack[DEPTH] = 0
-        return -1
-
-    return walk
 
 
 @kernel

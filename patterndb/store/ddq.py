@@ -23,6 +23,7 @@ from patterndb.core.reduction import reduce_disk
 from patterndb.core.shortcode import restore
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.store import ddqkey
+from patterndb.store.ddqkey import smallest_key, survey
 from patterndb.store.connection import atomic, explained
 from patterndb.store.migrations import APPLICATION_ID
 from patterndb.store.records import Learned
@@ -251,7 +252,7 @@ def _pattern_of(values: tuple[object, ...]) -> tuple[bytes, int, bool, int, bool
     if not 1 <= number <= MOST_OCCURRENCES:
         raise ValueError(f"nOccurrences is {number}, not 1..{MOST_OCCURRENCES}")
     twin = ddqkey.patch_of_key(topology.decode(), numbers["nFaces"])
-    _, corner, valences, n_vertices, n_concave = ddqkey.survey(twin)
+    _, corner, valences, n_vertices, n_concave = survey(twin)
     n_corners = int(corner.sum())
     for name, found in (
         ("nVertices", n_vertices),
@@ -364,7 +365,7 @@ def _read_counts(connection: sqlite3.Connection) -> Iterator[tuple[bytes, int, i
 
 def _row(code: Code, clockwise: bool, number: int, digits: int | None) -> tuple[str | int, ...]:
     """The row of a pattern, or of its mirror image, that occurs so often."""
-    faces, twin = ddqkey.smallest_key(code, clockwise)
+    faces, twin = smallest_key(code, clockwise)
     columns = ddqkey.columns_of(twin)
     return (
         ddqkey.key_text(faces, digits),

@@ -172,7 +172,6 @@ def _is_apart(
     return abs(across) > half + 1e-9 * radius or away > radius * radius * (1.0 + 1e-9)
 
 
-_walk_disc = make_walk(measure_backwards, _is_apart)
 
 
 @kernel
