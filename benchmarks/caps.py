@@ -31,13 +31,14 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import patterndb
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query.holes import fill_holes
 from query.holes.caps import FlatCap, RimPlane, find_cap, measure_walls
 from query.holes.loops import MeshTopology
 from query.holes.shape import place_fill
 from query.holes.surroundings import look_around
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 from cut_holes import Cut, make_cut, read_topology

@@ -28,13 +28,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_flow
 
 import patterndb
+from patterndb._native.query.solving.halves import find_transport
 from patterndb.core.patternclass import PatternClass
 from query import Boundary
 from query.listing.filters import Filters
 from query.orientation import list_orientations
 from query.solving import cpsat
 from query.solving.feasibility import find_feasible_orientations, find_feasible_rows
-from query.solving.halves import find_transport
 from query.solving.systems import Chords
 
 THREADS = (1, 2)

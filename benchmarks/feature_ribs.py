@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
+from patterndb._native.features.ribs.rib import slice_segments, trace_outline
 from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
-from patterndb_sketch.features.ribs.rib import slice_segments, trace_outline
 from patterndb_sketch.features.ribs.slicing import find_plane
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))

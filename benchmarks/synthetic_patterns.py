@@ -24,9 +24,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.core.code import border_count
+from patterndb._native.core.halfedge import next_border_edge
 from patterndb.core import description as d
-from patterndb.core.code import Code, border_count, canonical_code
-from patterndb.core.halfedge import Int32Array, next_border_edge
+from patterndb.core.code import Code, canonical_code
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import pack, unpack_many
 from patterndb.core.reduction import reduce_disk
 from patterndb.store import Database, Learned, LearningOptions, Provenance

@@ -16,19 +16,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.basic import count_basic
-from ingest.census import Census, kernel_mesh, new_bench, new_census, reset_counts
-from ingest.growth import grow
-from ingest.hashing import UInt64Array, hash_symbols, random_pairs
+from ingest.census import Census, new_census, reset_counts
+from ingest.hashing import UInt64Array
 from ingest.prepare import prepare
 from ingest.shards import cut_into_shards
-from patterndb.core.buffers import sort_few
+from patterndb._native.ingest.basic import count_basic
+from patterndb._native.ingest.census import kernel_mesh, new_bench
+from patterndb._native.ingest.growth import grow
+from patterndb._native.ingest.hashing import random_pairs
+from patterndb._native.ingest.learning import hash_rows, pack_faces
 from patterndb.core.code import pattern_ids
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import PackedRows, take_stretches
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.store.records import Learned, LearningOptions, take_patterns
-from patterndb.system.kernels import kernel
 
 #: Quads of one task of the basic mode.
 BASIC_RANGE = 2048
@@ -189,7 +190,7 @@ class MeshLearning:
         side, convex = _count_far(all_of_it, patches)
         assert patches.sum(axis=1).all(), "a pattern was met but in no patch that counts"
         faces = self._faces[self._mesh.source_quad]
-        examples = PackedRows(*_pack_faces(all_of_it.example, all_of_it.example_size, faces))
+        examples = PackedRows(*pack_faces(all_of_it.example, all_of_it.example_size, faces))
         basic, near_side, near_convex = all_of_it.totals
         everything = Learned(
             quads_read=self.quads_read,
@@ -274,7 +275,7 @@ def _number_rows(rows: PackedRows) -> tuple[NDArray[np.int64], int]:
     Rows are equal where their hashes are, as in the census.
     """
     n = len(rows)
-    hashes = _hash_rows(rows.raw, rows.ends)
+    hashes = hash_rows(rows.raw, rows.ends)
     order = np.lexsort((hashes[:, 1], hashes[:, 0]))
     new = np.ones(n, np.bool_)
     new[1:] = (hashes[order[1:]] != hashes[order[:-1]]).any(axis=1)
@@ -285,52 +286,6 @@ def _number_rows(rows: PackedRows) -> tuple[NDArray[np.int64], int]:
     number = np.empty(len(first), np.int64)
     number[np.argsort(first)] = np.arange(len(first))
     return number[group], len(first)
-
-
-@kernel
-def _hash_rows(raw: NDArray[np.uint8], ends: NDArray[np.int64]) -> UInt64Array:
-    """(n, 2) the hashes of packed codes."""
-    n = len(ends) - 1
-    hashes = np.empty((n, 2), np.uint64)
-    for i in range(n):
-        own = raw[ends[i] : ends[i + 1]]
-        hashes[i, 0], hashes[i, 1] = hash_symbols(own, len(own))
-    return hashes
-
-
-@kernel
-def _pack_faces(
-    quads: Int32Array, sizes: Int32Array, faces: NDArray[np.int64]
-) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
-    """Pack the examples of patterns, one after the other of so many quads, as schema.sql says, by
-    the faces (q,) of quads; and where each ends."""
-    widest = 0
-    for i in range(len(sizes)):
-        widest = max(widest, sizes[i])
-    own = np.empty(widest, np.int64)
-    ends = np.zeros(len(sizes) + 1, np.int64)
-    # Faces are fewer than 2**31 (patterndb.core.packing), seven bits a byte.
-    raw = np.empty(5 * len(quads), np.uint8)
-    first = 0
-    at = 0
-    for i in range(len(sizes)):
-        n = sizes[i]
-        for k in range(n):
-            own[k] = faces[quads[first + k]]
-        first += n
-        sort_few(own, 0, n)
-        before = 0
-        for k in range(n):
-            number = own[k] - before
-            before = own[k]
-            while number > 127:
-                raw[at] = number & 127 | 128
-                number >>= 7
-                at += 1
-            raw[at] = number
-            at += 1
-        ends[i + 1] = at
-    return raw[:at].copy(), ends
 
 
 def _count_far(tally: Tally, patches: NDArray[np.int64]) -> tuple[int, int]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb._native.ingest.shards import breadth_first
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 
 
 def cut_into_shards(twin: Int32Array, component: Int32Array, largest: int) -> Int32Array:
@@ -48,34 +48,8 @@ def _halves(twin: Int32Array, quads: Int32Array, largest: int) -> list[Int32Arra
             continue
         inside = np.zeros(len(twin) // 4, np.bool_)
         inside[part] = True
-        far = _breadth_first(twin, part[0], inside, part)[-1]
-        ordered = _breadth_first(twin, far, inside, part)
+        far = breadth_first(twin, part[0], inside, part)[-1]
+        ordered = breadth_first(twin, far, inside, part)
         stack.append(ordered[len(ordered) // 2 :])
         stack.append(ordered[: len(ordered) // 2])
     return parts
-
-
-@kernel
-def _breadth_first(twin: Int32Array, root: int, inside: np.ndarray, part: Int32Array) -> Int32Array:
-    """The quads of the part by distance from the root; unconnected ones follow theirs."""
-    order = np.empty(len(part), np.int32)
-    reached = np.zeros(len(inside), np.bool_)
-    head = 0
-    tail = 0
-    for k in range(-1, len(part)):
-        start = root if k < 0 else part[k]
-        if reached[start]:
-            continue
-        reached[start] = True
-        order[tail] = start
-        tail += 1
-        while head < tail:
-            base = 4 * order[head]
-            head += 1
-            for e in range(4):
-                t = twin[base + e]
-                if t >= 0 and inside[t >> 2] and not reached[t >> 2]:
-                    reached[t >> 2] = True
-                    order[tail] = t >> 2
-                    tail += 1
-    return order

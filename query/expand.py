@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from patterndb.core.halfedge import Int32Array, fans, next_border_edge
+from patterndb._native.query.expand import expand_quads
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
-from patterndb.system.kernels import kernel
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.marks.marked import MarkedClass
@@ -79,87 +79,6 @@ def list_pattern_edges(pattern: Pattern) -> tuple[Int32Array, Int32Array]:
     """(4q,) int32 half-edges of a pattern, and the polychord that crosses each; kept, for a
     pattern is expanded many times."""
     return pattern.twin(), pattern.polychords().of_edge
-
-
-@kernel
-def expand_quads(
-    twin: Int32Array, across: Int32Array, perimeter: int, first: int, mirrored: bool
-) -> tuple[Int32Array, int]:
-    """Kernel of :func:`expand_pattern`: ((q, 4) int32 quads, number of vertices).
-
-    twin: (4p,) int32 half-edges of the pattern, half-edge 0 on the border; across: (4p,)
-    int32 width of the polychord that crosses each half-edge; perimeter: of the expanded
-    pattern. Its boundary vertex ``first``, counted from the tail of half-edge 0, becomes
-    vertex 0; mirrored, the vertices before it follow, and quads are turned over.
-    """
-    n_edges = len(twin)
-    vertex, n_corners = fans(twin)
-    # Point t = 1..width - 1 along half-edge h has the number origin[h] + sign[h] * t.
-    name = np.full(n_corners, -1, np.int32)
-    origin = np.zeros(n_edges, np.int32)
-    sign = np.ones(n_edges, np.int32)
-    count = 0
-    h = 0
-    while True:
-        name[vertex[h]] = count
-        origin[h] = count
-        count += across[h]
-        h = next_border_edge(twin, h)
-        if h == 0:
-            break
-    for v in range(n_corners):
-        if name[v] < 0:
-            name[v] = count
-            count += 1
-    total = 0
-    widest = 0
-    for h in range(n_edges):
-        widest = max(widest, across[h])
-        if h % 4 == 0:
-            total += across[h] * across[h + 1]
-        t = twin[h]
-        if t > h:
-            origin[h] = count - 1
-            origin[t] = count - 1 + across[h]
-            sign[t] = -1
-            count += across[h] - 1
-
-    quads = np.empty((total, 4), np.int32)
-    grid = np.empty((widest + 1, widest + 1), np.int32)
-    at = 0
-    for f in range(0, n_edges, 4):
-        a = across[f]
-        b = across[f + 1]
-        grid[0, 0] = name[vertex[f]]
-        grid[a, 0] = name[vertex[f + 1]]
-        grid[a, b] = name[vertex[f + 2]]
-        grid[0, b] = name[vertex[f + 3]]
-        for t in range(1, a):
-            grid[t, 0] = origin[f] + sign[f] * t
-            grid[a - t, b] = origin[f + 2] + sign[f + 2] * t
-        for t in range(1, b):
-            grid[a, t] = origin[f + 1] + sign[f + 1] * t
-            grid[0, b - t] = origin[f + 3] + sign[f + 3] * t
-        for j in range(1, b):
-            for i in range(1, a):
-                grid[i, j] = count
-                count += 1
-        for j in range(b):
-            for i in range(a):
-                quads[at, 0] = grid[i, j]
-                quads[at, 1] = grid[i + 1, j]
-                quads[at, 2] = grid[i + 1, j + 1]
-                quads[at, 3] = grid[i, j + 1]
-                at += 1
-
-    for q in range(total):
-        for e in range(4):
-            v = quads[q, e]
-            if v < perimeter:
-                quads[q, e] = (first - v if mirrored else v - first) % perimeter
-        if mirrored:
-            quads[q, 1], quads[q, 3] = quads[q, 3], quads[q, 1]
-    return quads, count
 
 
 class ExpandedPattern(NamedTuple):

@@ -17,11 +17,11 @@ import hashlib
 
 import numpy as np
 
-from patterndb.core.code import rooted_code
-from patterndb.core.halfedge import Int32Array, fans
+from patterndb._native.core.code import rooted_code
+from patterndb._native.query.identity import read_code, weld_quads
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.fill import Fill
 
@@ -56,78 +56,6 @@ def weld(quads: Int32Array, n_vertices: int, perimeter: int) -> Int32Array:
     return twin
 
 
-@kernel
-def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int32Array, int]:
-    """Kernel of :func:`weld`: (half-edges, fault); the fault is an index into FAULTS, 0 if none."""
-    n_quads = len(quads)
-    n = 4 * n_quads
-    twin = np.full(n, -1, np.int32)
-    tail = quads.ravel()
-    for q in range(n_quads):
-        for i in range(4):
-            for j in range(i):
-                if quads[q, i] == quads[q, j]:
-                    return twin, 1
-    # Half-edges by their tails: those of vertex v are out[first[v]:first[v + 1]].
-    first = np.zeros(n_vertices + 2, np.int32)
-    for h in range(n):
-        first[tail[h] + 2] += 1
-    for v in range(n_vertices):
-        first[v + 2] += first[v + 1]
-    out = np.empty(n, np.int32)
-    for h in range(n):
-        out[first[tail[h] + 1]] = h
-        first[tail[h] + 1] += 1
-
-    n_border = 0
-    for h in range(n):
-        a = tail[h]
-        b = tail[(h & ~3) | ((h + 1) & 3)]
-        for k in range(first[a], first[a + 1]):
-            g = out[k]
-            if g != h and tail[(g & ~3) | ((g + 1) & 3)] == b:
-                return twin, 2
-        for k in range(first[b], first[b + 1]):
-            g = out[k]
-            if tail[(g & ~3) | ((g + 1) & 3)] == a:
-                twin[h] = g
-        if twin[h] < 0:
-            n_border += 1
-            if a >= perimeter or b != (a + 1) % perimeter:
-                return twin, 3
-    if n_border != perimeter:
-        return twin, 4
-    n_edges = (n + n_border) // 2
-    if (
-        n_vertices - n_edges + n_quads != 1
-        or fans(twin)[1] != n_vertices
-        or not _connected(twin, n_quads)
-    ):
-        return twin, 5
-    return twin, 0
-
-
-@kernel
-def _connected(twin: Int32Array, n_quads: int) -> bool:
-    seen = np.zeros(n_quads, np.bool_)
-    stack = np.empty(n_quads, np.int32)
-    stack[0] = 0
-    seen[0] = True
-    top = 1
-    reached = 0
-    while top:
-        top -= 1
-        f = stack[top]
-        reached += 1
-        for e in range(4):
-            t = twin[4 * f + e]
-            if t >= 0 and not seen[t >> 2]:
-                seen[t >> 2] = True
-                stack[top] = t >> 2
-                top += 1
-    return reached == n_quads
-
-
 def is_mesh(quads: Int32Array) -> bool:
     """Has every quad of (q, 4) four vertices, and do no two edges join the same two?
 
@@ -153,32 +81,7 @@ def hash_quads(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
     quads: (q, 4), twin: (4q,) their half-edges. A digest of the code as read from boundary
     vertex 0. A closed side has no first vertex: there it is the smallest code from any.
     """
-    return hashlib.blake2b(_read_code(quads, twin, closed).tobytes(), digest_size=16).digest()
-
-
-@kernel
-def _read_code(quads: Int32Array, twin: Int32Array, closed: bool) -> Int32Array:
-    """Kernel of :func:`hash_quads`: the code."""
-    q = len(quads)
-    # Wider than the codes of patterns, which name at most 16,383 quads.
-    code = np.zeros(4 * q, np.int32)
-    number, entry, order = np.empty(q, np.int32), np.empty(q, np.int32), np.empty(q, np.int32)
-    best = False
-    for start in range(4 * q):
-        if twin[start] < 0 and (closed or quads[start >> 2, start & 3] == 0):
-            rooted_code(
-                twin,
-                q,
-                start,
-                False,
-                code,  # pyright: ignore[reportArgumentType]
-                number,
-                entry,
-                order,
-                best,
-            )
-            best = True
-    return code
+    return hashlib.blake2b(read_code(quads, twin, closed).tobytes(), digest_size=16).digest()
 
 
 def count_symmetries(fill: Fill, boundary: Boundary) -> int:

@@ -11,18 +11,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.core.code import (
-    Code,
-    canonical_code,
-    clockwise_start,
-    code_starts,
-    rooted_code,
-)
-from patterndb.core.halfedge import Int32Array, next_edge
+from patterndb._native.core.code import clockwise_start, code_starts, rooted_code
+from patterndb._native.core.reduction import dissolve_straight, reduction_work
+from patterndb._native.query.recognise import lengths
+from patterndb.core.code import Code, canonical_code
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
-from patterndb.core.reduction import NEVER_FULL, dissolve_straight, reduction_work
+from patterndb.core.reduction import NEVER_FULL
 from patterndb.errors import InvalidMeshError
-from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.fill import Fill
 from query.identity import weld
@@ -146,20 +142,7 @@ def _reduced_with_lengths(
     work = reduction_work(len(count), q)
     m = dissolve_straight(q, twin, quads.ravel(), count, full, work)[0]
     head = work.head[: 4 * m].copy()
-    return work.reduced[: 4 * m].copy(), head, _lengths(twin, head)
-
-
-@kernel
-def _lengths(twin: Int32Array, head: Int32Array) -> Int32Array:
-    """Edges along every side of the blocks, whose sides begin at the half-edges ``head``."""
-    length = np.ones(len(head), np.int32)
-    for b in range(len(head)):
-        end = head[next_edge(b)]
-        h = head[b]
-        while next_edge(h) != end:
-            h = next_edge(twin[next_edge(h)])
-            length[b] += 1
-    return length
+    return work.reduced[: 4 * m].copy(), head, lengths(twin, head)
 
 
 def _list_readings(reduced: Int32Array, code: Code, mirrored: bool) -> list[Int32Array]:

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.formats import read_mesh
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query.holes.loops import Hole, MeshTopology, hole_of_faces
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 
 #: Quads of a hole; below, there is nothing to choose, above, an artist would not select at once.
 LEAST_QUADS, MOST_QUADS = 6, 120

@@ -57,6 +57,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 import patterndb
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.code import canonical_code
 from patterndb.core.packing import pack
 from patterndb.core.reduction import reduce_disk
@@ -90,7 +91,7 @@ from query.holes.shape import mend_fill, place_fill
 from query.holes.surroundings import look_around
 from query.holes.symmetry import ASYMMETRIC, find_mirrors
 from query.holes.trees import TreeModel
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 
 #: Of every mesh lists stand for so many everyday holes, and so many irregular ones.
 EVERYDAY_STANDS, IRREGULAR_STANDS = 30, 12

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.viewer.raster import paint_shapes
 from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 from viewer import style
 
 #: Corners of the disc that rounds a line's joint.
@@ -113,95 +113,3 @@ class Raster:
 def _chunk(kind: bytes, content: bytes) -> bytes:
     check = zlib.crc32(kind + content)
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", check)
-
-
-@kernel
-def paint_shapes(
-    pixels: NDArray[np.float32],
-    points: Points,
-    contours: NDArray[np.int64],
-    shapes: NDArray[np.int64],
-    colours: NDArray[np.float32],
-) -> None:
-    """Paint shapes over the pixels, in order.
-
-    pixels: (h, w, 3). points: (m, 2). contours: where each contour's points begin, and their end.
-    shapes: (n + 1,) where each shape's contours begin. colours: (n, 3).
-    """
-    height, width = pixels.shape[:2]
-    for shape in range(len(shapes) - 1):
-        first, last = contours[shapes[shape]], contours[shapes[shape + 1]]
-        if first == last:
-            continue
-        left, top, right, bottom = width, height, 0, 0
-        for p in range(first, last):
-            left = min(left, math.floor(points[p, 0]))
-            right = max(right, math.ceil(points[p, 0]))
-            top = min(top, math.floor(points[p, 1]))
-            bottom = max(bottom, math.ceil(points[p, 1]))
-        left, top = max(left, 0), max(top, 0)
-        right, bottom = min(right, width), min(bottom, height)
-        if left >= right or top >= bottom:
-            continue
-        cover = np.zeros((bottom - top, right - left + 2))
-        for contour in range(shapes[shape], shapes[shape + 1]):
-            begin, end = contours[contour], contours[contour + 1]
-            for p in range(begin, end):
-                q = p + 1 if p + 1 < end else begin
-                add_edge(
-                    cover,
-                    points[p, 0] - left,
-                    points[p, 1] - top,
-                    points[q, 0] - left,
-                    points[q, 1] - top,
-                )
-        for y in range(bottom - top):
-            total = 0.0
-            for x in range(right - left):
-                total += cover[y, x]
-                part = min(abs(total), 1.0)
-                if part > 0.0:
-                    for channel in range(3):
-                        below = pixels[top + y, left + x, channel]
-                        pixels[top + y, left + x, channel] = below + part * (
-                            colours[shape, channel] - below
-                        )
-
-
-@kernel
-def add_edge(cover: Points, x0: float, y0: float, x1: float, y1: float) -> None:
-    """Add the signed area to the right of an edge, row by row, as differences along each row.
-
-    cover: (h, w + 2). What is left of the picture counts at its left border; what is right of it
-    does not show.
-    """
-    if y0 == y1:
-        return
-    sign = 1.0
-    if y0 > y1:
-        x0, y0, x1, y1 = x1, y1, x0, y0
-        sign = -1.0
-    slope = (x1 - x0) / (y1 - y0)
-    limit = float(cover.shape[1] - 2)
-    for row in range(max(math.floor(y0), 0), min(math.ceil(y1), cover.shape[0])):
-        begin, end = max(y0, float(row)), min(y1, row + 1.0)
-        if begin >= end:
-            continue
-        a = min(max(x0 + (begin - y0) * slope, 0.0), limit)
-        b = min(max(x0 + (end - y0) * slope, 0.0), limit)
-        if a > b:
-            a, b = b, a
-        area = sign * (end - begin)
-        first, last = math.floor(a), math.floor(b)
-        if first == last:
-            beside = (a + b) / 2.0 - first
-            cover[row, first] += area * (1.0 - beside)
-            cover[row, first + 1] += area * beside
-            continue
-        # The part of the edge in each pixel that it crosses, as in a pixel of its own.
-        for column in range(first, last + 1):
-            enter, leave = max(a, float(column)), min(b, column + 1.0)
-            here = area * (leave - enter) / (b - a)
-            beside = (enter + leave) / 2.0 - column
-            cover[row, column] += here * (1.0 - beside)
-            cover[row, column + 1] += here * beside

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb._native.viewer.skin import blended
+from patterndb._native.viewer.skin import seen as _seen
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.camera import View
-from viewer.solid import NOTHING, Grid, Triangles
+from viewer.solid import NOTHING, Triangles
 
 #: Cosines of the angles between two faces up to which they are shaded as one smooth surface, and
 #: from which on there is a crease between them: 28 and 46 degrees. Between, a bit of both.
@@ -49,41 +49,7 @@ def smooth_normals(corners: Points, triangles: Int32Array) -> Points:
     count = np.bincount(triangles.ravel())
     offsets = np.concatenate([[0], np.cumsum(count)])
     around = (order // 3).astype(np.int32)
-    return _blended(np.ascontiguousarray(triangles), offsets, around, unit, area, SMOOTH, CREASED)
-
-
-@kernel
-def _blended(
-    triangles: Int32Array,
-    offsets: NDArray[np.int64],
-    around: Int32Array,
-    unit: Points,
-    area: Floats,
-    smooth: float,
-    creased: float,
-) -> Points:
-    """See :func:`smooth_normals`; around: triangles of vertex v from offsets[v] on."""
-    result = np.zeros((len(triangles), 3, 3))
-    for t in range(len(triangles)):
-        for c in range(3):
-            x = 0.0
-            y = 0.0
-            z = 0.0
-            v = triangles[t, c]
-            for k in range(offsets[v], offsets[v + 1]):
-                u = around[k]
-                d = unit[t, 0] * unit[u, 0] + unit[t, 1] * unit[u, 1] + unit[t, 2] * unit[u, 2]
-                share = min(max((abs(d) - creased) / (smooth - creased), 0.0), 1.0)
-                weight = area[u] * share if d >= 0.0 else -area[u] * share
-                x += weight * unit[u, 0]
-                y += weight * unit[u, 1]
-                z += weight * unit[u, 2]
-            size = np.sqrt(x * x + y * y + z * z)
-            if size > 0.0:
-                result[t, c, 0] = x / size
-                result[t, c, 1] = y / size
-                result[t, c, 2] = z / size
-    return result
+    return blended(np.ascontiguousarray(triangles), offsets, around, unit, area, SMOOTH, CREASED)
 
 
 # A model as it is seen: matte, lit from both sides alike, a little darker towards its edges.
@@ -143,47 +109,3 @@ def shade_model(skin: Skin, view: View, middle: tuple[float, float], *, through:
         shift[2] -= BEHIND[0] * float(np.ptp(seen[..., 2])) + BEHIND[1]
     seen += shift
     return seen, colours
-
-
-@kernel
-def _seen(
-    corners: Points,
-    normals: Points,
-    axes: Points,
-    focus: Points,
-    scale: float,
-    key: Points,
-    fill: Points,
-    lights: tuple[float, float, float, float],
-) -> tuple[Points, Grid]:
-    """Corners as they are seen, and how bright (t, 3) each is: a normal that points away from
-    the side that is seen counts as if it were turned."""
-    ambient, of_key, of_fill, edge = lights
-    count = len(corners)
-    seen = np.empty((count, 3, 3))
-    bright = np.empty((count, 3), np.float32)
-    normal = np.empty(3)
-    for t in range(count):
-        for c in range(3):
-            for i in range(3):
-                total = 0.0
-                for k in range(3):
-                    total += axes[i, k] * (corners[t, c, k] - focus[k])
-                seen[t, c, i] = scale * total
-        ax = seen[t, 1, 0] - seen[t, 0, 0]
-        ay = seen[t, 1, 1] - seen[t, 0, 1]
-        bx = seen[t, 2, 0] - seen[t, 0, 0]
-        by = seen[t, 2, 1] - seen[t, 0, 1]
-        side = -1.0 if ax * by - ay * bx < 0.0 else 1.0
-        for c in range(3):
-            for i in range(3):
-                total = 0.0
-                for k in range(3):
-                    total += axes[i, k] * normals[t, c, k]
-                normal[i] = side * total
-            one = normal[0] * key[0] + normal[1] * key[1] + normal[2] * key[2]
-            two = normal[0] * fill[0] + normal[1] * fill[1] + normal[2] * fill[2]
-            value = ambient + of_key * min(max(one, 0.0), 1.0) + of_fill * min(max(two, 0.0), 1.0)
-            rim = 1.0 - min(abs(normal[2]), 1.0)
-            bright[t, c] = value * (1.0 - edge * rim * rim * rim)
-    return seen, bright

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.code import code_starts
-from patterndb.core.halfedge import Int32Array, fans, next_border_edge
+from patterndb._native.core.code import code_starts
+from patterndb._native.core.halfedge import fans, next_border_edge
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidMeshError
 

@@ -7,10 +7,11 @@ from typing import TypedDict
 
 import numpy as np
 
+from patterndb._native.core.halfedge import next_border_edge
 from patterndb.core import description as d
 from patterndb.core.code import Code, canonical_code, decode, format_id, pattern_id
 from patterndb.core.disk import Disk
-from patterndb.core.halfedge import Int32Array, next_border_edge
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.label import split_word
 from patterndb.core.polychord import Polychords, polychords
 from patterndb.core.showing import draw_shown

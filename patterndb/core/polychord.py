@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.core.polychord import trace
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,25 +47,3 @@ def polychords(twin: Int32Array) -> Polychords:
     crosses = np.zeros(n_total, np.bool_)
     crosses[strands[strands[:, 0] == strands[:, 1], 0]] = True
     return Polychords(of_edge, n_open, n_total - n_open, crosses)
-
-
-@kernel
-def trace(twin: Int32Array) -> tuple[Int32Array, int, int]:
-    """Kernel of :func:`polychords`: (polychord of every half-edge, n_open, n in all)."""
-    n = len(twin)
-    of_edge = np.full(n, -1, np.int32)
-    count = 0
-    n_open = 0
-    for loops in (False, True):
-        for h0 in range(n):
-            if of_edge[h0] >= 0 or (twin[h0] >= 0 and not loops):
-                continue
-            h = h0
-            while h >= 0 and of_edge[h] < 0:
-                of_edge[h] = count
-                of_edge[h ^ 2] = count
-                h = twin[h ^ 2]
-            count += 1
-        if not loops:
-            n_open = count
-    return of_edge, n_open, count

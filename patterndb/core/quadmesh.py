@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Int32Array, border_vertices, fans
+from patterndb._native.core.halfedge import border_vertices, fans
+from patterndb._native.core.quadmesh import components, flip_to_agree
+from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidMeshError
-from patterndb.system.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +60,7 @@ class QuadMesh:
                 "leave such faces out (PolygonMesh.quads does)"
             )
         pairs = _edge_pairs(array)
-        _flip_to_agree(array, *_neighbours(len(array), pairs))
+        flip_to_agree(array, *_neighbours(len(array), pairs))
         return cls.from_twin(_join(array, pairs), array)
 
     @classmethod
@@ -99,7 +100,7 @@ class QuadMesh:
 
     def components(self) -> NDArray[np.int32]:
         """(q,) int32 component of every quad, numbered by their first quads."""
-        return _components(self.twin)
+        return components(self.twin)
 
 
 def _edge_pairs(quads: Int32Array) -> NDArray[np.int64]:
@@ -125,42 +126,6 @@ def _neighbours(
     return start, both
 
 
-@kernel
-def _flip_to_agree(quads: Int32Array, start: NDArray[np.int64], pairs: NDArray[np.int64]) -> None:
-    """Flip quads in place, breadth-first from each component's first quad.
-
-    A flip reverses the quad's corners, as reading it from the other side would.
-    """
-    n = len(quads)
-    seen = np.zeros(n, np.bool_)
-    flip = np.zeros(n, np.bool_)
-    queue = np.empty(n, np.int64)
-    for root in range(n):
-        if seen[root]:
-            continue
-        seen[root] = True
-        queue[0] = root
-        head, tail = 0, 1
-        while head < tail:
-            f = queue[head]
-            head += 1
-            for i in range(start[f], start[f + 1]):
-                a, b = pairs[i, 0], pairs[i, 1]
-                g = b // 4
-                if g == f or seen[g]:
-                    continue
-                seen[g] = True
-                # The half-edges run the same way exactly if their tails agree.
-                same = quads[f, a & 3] == quads[g, b & 3]
-                flip[g] = flip[f] != same
-                queue[tail] = g
-                tail += 1
-    for f in range(n):
-        if flip[f]:
-            quads[f, 0], quads[f, 3] = quads[f, 3], quads[f, 0]
-            quads[f, 1], quads[f, 2] = quads[f, 2], quads[f, 1]
-
-
 def _join(quads: Int32Array, pairs: NDArray[np.int64]) -> Int32Array:
     """twin of every half-edge of the flipped quads; ``pairs`` as before the flip.
 
@@ -177,28 +142,3 @@ def _join(quads: Int32Array, pairs: NDArray[np.int64]) -> Int32Array:
     twin[a[ok]] = b[ok]
     twin[b[ok]] = a[ok]
     return twin
-
-
-@kernel
-def _components(twin: Int32Array) -> Int32Array:
-    n = len(twin) // 4
-    component = np.full(n, -1, np.int32)
-    stack = np.empty(n, np.int32)
-    count = 0
-    for root in range(n):
-        if component[root] >= 0:
-            continue
-        component[root] = count
-        stack[0] = root
-        top = 1
-        while top:
-            top -= 1
-            f = stack[top]
-            for e in range(4):
-                t = twin[4 * f + e]
-                if t >= 0 and component[t >> 2] < 0:
-                    component[t >> 2] = count
-                    stack[top] = t >> 2
-                    top += 1
-        count += 1
-    return component

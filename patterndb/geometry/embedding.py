@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import spsolve
 
+from patterndb._native.geometry.relaxation import relax_points
 from patterndb.core.disk import Disk
 from patterndb.geometry.points import Points
-from patterndb.geometry.relaxation import relax_points
 
 Complex = NDArray[np.complex128]
 

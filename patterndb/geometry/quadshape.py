@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.geometry.quadshape import squareness
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
 from patterndb.geometry.points import Floats, Points, units
-from patterndb.system.kernels import kernel
 
 #: A boundary this near to its plane, as a part of its diagonal, is planar: below it, files of
 #: single precision and rotations leave nothing to tell.
@@ -33,41 +31,6 @@ def quality(quads: Int32Array, vertices: Points) -> float:
     the quads"). 0 for rectangles; an angle beyond 180 degrees counts as such.
     """
     return float(squareness(np.ascontiguousarray(quads), np.ascontiguousarray(vertices)))
-
-
-@kernel
-def squareness(quads: Int32Array, vertices: Points) -> float:
-    """Kernel of :func:`quality`."""
-    total = 0.0
-    a = np.empty(3)
-    b = np.empty(3)
-    up = np.empty(3)
-    for f in range(len(quads)):
-        for c in range(3):
-            a[c] = vertices[quads[f, 2], c] - vertices[quads[f, 0], c]
-            b[c] = vertices[quads[f, 3], c] - vertices[quads[f, 1], c]
-        cross(a, b, up)
-        for e in range(4):
-            i = quads[f, e]
-            for c in range(3):
-                a[c] = vertices[quads[f, (e + 1) & 3], c] - vertices[i, c]
-                b[c] = vertices[quads[f, (e + 3) & 3], c] - vertices[i, c]
-            along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-            x = a[1] * b[2] - a[2] * b[1]
-            y = a[2] * b[0] - a[0] * b[2]
-            z = a[0] * b[1] - a[1] * b[0]
-            angle = math.atan2(math.sqrt(x * x + y * y + z * z), along)
-            if x * up[0] + y * up[1] + z * up[2] < 0.0:
-                angle = 2.0 * math.pi - angle
-            total += (angle - 0.5 * math.pi) ** 2
-    return total / max(len(quads), 1)
-
-
-@kernel(inline="always")
-def cross(a: Points, b: Points, result: Points) -> None:
-    result[0] = a[1] * b[2] - a[2] * b[1]
-    result[1] = a[2] * b[0] - a[0] * b[2]
-    result[2] = a[0] * b[1] - a[1] * b[0]
 
 
 def plane_normal(points: Points, within: float = PLANAR) -> Points | None:

@@ -12,11 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
+from patterndb._native.geometry.casting import all_hits, first_ahead, first_along, first_hits
+from patterndb._native.geometry.proximity import nearest, nearest_facing, within_box
+from patterndb._native.geometry.tree import build
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.casting import all_hits, first_ahead, first_along, first_hits
 from patterndb.geometry.points import Floats, Points
-from patterndb.geometry.proximity import nearest, nearest_facing, within_box
-from patterndb.geometry.tree import build
 
 #: What is drawn within less than this part of a mesh's diagonal is in one place.
 ONE_PLACE = 1e-6

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from patterndb._native.geometry.earclipping import clip_ears
+from patterndb._native.geometry.triangulation import cut, cut_chosen, write_once
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.earclipping import clip_ears
-from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 
 #: Points this close, as a share of the diagonal, are one: coordinates in files have some seven
 #: digits, computed ones fifteen.
@@ -79,10 +78,10 @@ def triangulate_faces(
     """
     arity = np.diff(offsets)
     corners, offsets = corners.astype(np.int32), offsets.astype(np.int64)
-    pieces = _cut(points, corners, offsets)
+    pieces = cut(points, corners, offsets)
     rows = _first_rows(arity)
     for f in np.flatnonzero(arity > MOST_EXACT).tolist():
-        face = _write_once(corners[offsets[f] : offsets[f + 1]])
+        face = write_once(corners[offsets[f] : offsets[f + 1]])
         _clip(points, face, pieces[rows[f] : rows[f + 1]])
     sound = (
         (pieces[:, 0] != pieces[:, 1])
@@ -105,7 +104,7 @@ def cut_faces(mesh: PolygonMesh, *, fan_quads: bool = True) -> tuple[Int32Array,
     rows = _first_rows(arity)
     chosen = np.flatnonzero((arity > (4 if fan_quads else 3)) & (arity <= MOST_EXACT))
     if len(chosen):
-        _cut_chosen(mesh.points, mesh.corners, mesh.offsets, rows, chosen, triangles)
+        cut_chosen(mesh.points, mesh.corners, mesh.offsets, rows, chosen, triangles)
     for f in np.flatnonzero(arity > MOST_EXACT).tolist():
         corners = mesh.corners[mesh.offsets[f] : mesh.offsets[f + 1]]
         _clip(mesh.points, corners, triangles[rows[f] : rows[f + 1]])
@@ -130,93 +129,3 @@ def _clip(points: Points, face: Int32Array, result: Int32Array) -> None:
     """Write the triangles (n - 2, 3) of one face (n,) of many corners."""
     clip_ears(np.ascontiguousarray(points[face]), result)
     result[:] = face[result]
-
-
-@kernel
-def _cut_chosen(
-    points: Points,
-    corners: Int32Array,
-    offsets: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    chosen: NDArray[np.int64],
-    triangles: Int32Array,
-) -> None:
-    """Write the triangles of some faces of a mesh."""
-    for f in chosen:
-        _cut_face(points, corners[offsets[f] : offsets[f + 1]], triangles[rows[f] : rows[f + 1]])
-
-
-@kernel
-def _cut(points: Points, corners: Int32Array, offsets: NDArray[np.int64]) -> Int32Array:
-    """(t, 3) the triangles of all faces, n - 2 of a face with n corners; 0 where n is above
-    MOST_EXACT."""
-    total = 0
-    for f in range(len(offsets) - 1):
-        total += max(offsets[f + 1] - offsets[f] - 2, 0)
-    result = np.zeros((total, 3), np.int32)
-    at = 0
-    for f in range(len(offsets) - 1):
-        n = offsets[f + 1] - offsets[f]
-        if n < 3:
-            continue
-        if n == 3:
-            result[at] = _write_once(corners[offsets[f] : offsets[f + 1]])
-        elif n <= MOST_EXACT:
-            face = _write_once(corners[offsets[f] : offsets[f + 1]])
-            _cut_face(points, face, result[at : at + n - 2])
-        at += n - 2
-    return result
-
-
-@kernel
-def _write_once(face: Int32Array) -> Int32Array:
-    """The lexicographically first of all 2 n ways to write down a face."""
-    n = len(face)
-    forward = face.copy()
-    backward = face[::-1].copy()
-    start = _find_first_rotation(forward)
-    other = _find_first_rotation(backward)
-    result = np.empty(n, np.int32)
-    chosen = forward
-    for k in range(n):
-        one, two = forward[(start + k) % n], backward[(other + k) % n]
-        if one != two:
-            if two < one:
-                chosen, start = backward, other
-            break
-    for k in range(n):
-        result[k] = chosen[(start + k) % n]
-    return result
-
-
-@kernel
-def _find_first_rotation(face: Int32Array) -> int:
-    """Where the lexicographically first rotation begins; in linear time: two candidates are
-    compared, and what the worse of them has in common with the better is skipped."""
-    n = len(face)
-    one, two, common = 0, 1, 0
-    while one < n and two < n and common < n:
-        a, b = face[(one + common) % n], face[(two + common) % n]
-        if a == b:
-            common += 1
-            continue
-        if a > b:
-            one += common + 1
-        else:
-            two += common + 1
-        if one == two:
-            two += 1
-        common = 0
-    return min(one, two)
-
-
-@kernel
-def _cut_face(points: Points, face: Int32Array, result: Int32Array) -> None:
-    """Write the triangles (n - 2, 3) of one face (n,)."""
-    corners = np.empty((len(face), 3))
-    for k in range(len(face)):
-        corners[k] = points[face[k]]
-    triangulate_cheapest(corners, SHORTER, 0.0, result)
-    for t in range(len(result)):
-        for e in range(3):
-            result[t, e] = face[result[t, e]]

@@ -17,13 +17,13 @@ from urllib.parse import quote
 
 import numpy as np
 
+from patterndb._native.store.ddqkey import smallest_key, survey
 from patterndb.core.code import Code, canonical_code
 from patterndb.core.packing import pack
 from patterndb.core.reduction import reduce_disk
 from patterndb.core.shortcode import restore
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.store import ddqkey
-from patterndb.store.ddqkey import smallest_key, survey
 from patterndb.store.connection import atomic, explained
 from patterndb.store.migrations import APPLICATION_ID
 from patterndb.store.records import Learned

@@ -23,19 +23,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.code import (
-    MAX_QUADS,
-    Code,
-    border_count,
-    clockwise_start,
-    code_starts,
-    is_disk_code,
-    rooted_code,
-)
-from patterndb.core.halfedge import Int32Array, fans, next_border_edge
-from patterndb.core.polychord import trace
+from patterndb._native.core.code import is_disk_code
+from patterndb._native.store.ddqkey import survey
+from patterndb.core.code import MAX_QUADS
+from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidCodeError
-from patterndb.system.kernels import kernel
 
 #: Hexadecimal digits of a name in the authors' program, which keeps numbers of 64 bits.
 AUTHORS_DIGITS = 16
@@ -144,45 +136,6 @@ def _glued(neighbours: list[list[int]]) -> Int32Array:
 # Writing
 
 
-@kernel
-def smallest_key(code: Code, clockwise: bool) -> tuple[NDArray[np.int32], Int32Array]:
-    """The smallest key of a pattern, or of its mirror image.
-
-    code: (4q,) uint16. Returns ((3q,) int32 faces, -1 at the border; (4q,) int32 half-edges
-    numbered as in the key).
-    """
-    n = len(code)
-    q = n // 4
-    twin = np.empty(n, np.int32)
-    for h in range(n):
-        twin[h] = np.int32(code[h]) - 1
-    starts = np.empty(n, np.int32)
-    n_starts = code_starts(twin, starts)
-    number = np.empty(q, np.int32)
-    entry = np.empty(q, np.int32)
-    order = np.empty(q, np.int32)
-    rooted = np.empty(n, np.uint16)
-    best = np.empty(3 * q, np.int32)
-    best_twin = np.empty(n, np.int32)
-    for s in range(n_starts):
-        h = clockwise_start(twin, starts[s]) if clockwise else starts[s]
-        rooted_code(twin, q, h, clockwise, rooted, number, entry, order, False)
-        smaller = s == 0
-        for i in range(3 * q):
-            symbol = np.int32(rooted[4 * (i // 3) + 1 + i % 3])
-            face = (symbol - 1) >> 2 if symbol else np.int32(-1)
-            if not smaller:
-                if face > best[i]:
-                    break
-                smaller = face < best[i]
-            if smaller:
-                best[i] = face
-        if smaller:
-            for h in range(n):
-                best_twin[h] = np.int32(rooted[h]) - 1
-    return best, best_twin
-
-
 def key_text(faces: NDArray[np.int32], digits: int | None = None) -> str:
     """The key as text, every face in ``digits`` digits (default: the fewest that do).
 
@@ -224,44 +177,3 @@ def columns_of(twin: Int32Array) -> Columns:
         n_vertices=n_vertices,
         n_concave=n_concave,
     )
-
-
-@kernel
-def survey(
-    twin: Int32Array,
-) -> tuple[Int32Array, NDArray[np.bool_], Int32Array, int, int]:
-    """What the columns tell of a disk, given by its half-edges from the start corner on.
-
-    Returns (p,) the polychord of every boundary edge and (p,) whether a corner comes before
-    it, from half-edge 0 on; (i,) the irregular vertices' valences; the number of vertices,
-    and of reflex corners.
-    """
-    n = len(twin)
-    vertex, n_vertices = fans(twin)
-    of_edge, _, _ = trace(twin)
-    valence = np.zeros(n_vertices, np.int32)
-    inner = np.ones(n_vertices, np.bool_)
-    for h in range(n):
-        valence[vertex[h]] += 1
-        if twin[h] < 0:
-            inner[vertex[h]] = False
-    perimeter = 0
-    for h in range(n):
-        perimeter += twin[h] < 0
-    chords = np.empty(perimeter, np.int32)
-    corner = np.empty(perimeter, np.bool_)
-    n_concave = 0
-    h = 0
-    for i in range(perimeter):
-        chords[i] = of_edge[h]
-        k = border_count(twin, h)
-        corner[i] = k != 2
-        n_concave += k > 2
-        h = next_border_edge(twin, h)
-    irregular = np.empty(n_vertices, np.int32)
-    count = 0
-    for v in range(n_vertices):
-        if inner[v] and valence[v] != 4:
-            irregular[count] = valence[v]
-            count += 1
-    return chords, corner, irregular[:count].copy(), n_vertices, n_concave

@@ -16,10 +16,11 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Index, Int32Array, border_vertices, fans, next_edge, prev_edge
+from patterndb._native.core.halfedge import border_vertices, fans
+from patterndb._native.retopo.quadgrids import cut_regular, follow_marked, read_grid, run_all
+from patterndb.core.halfedge import Int32Array, prev_edge
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Bools, Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling.choice import Choice
 from patterndb_sketch.retopo.network import HalfChain
@@ -209,76 +210,12 @@ def mark_separatrices(mesh: Quads) -> tuple[Bools, Bools]:
     Differs from the program of Takayama et al. 2013: parts without irregular vertices are cut.
     """
     marked = mesh.twin < 0
-    _run_all(mesh.twin, mesh.tail, mesh.irregular, mesh.border, marked)
-    _cut_regular(mesh.twin, mesh.tail, mesh.irregular, mesh.border, marked)
+    run_all(mesh.twin, mesh.tail, mesh.irregular, mesh.border, marked)
+    cut_regular(mesh.twin, mesh.tail, mesh.irregular, mesh.border, marked)
     unmarked = np.zeros(len(mesh.points), np.bool_)
     unmarked[mesh.tail[~marked]] = True
     unmarked[np.roll(mesh.quads, -1, axis=1).ravel()[~marked]] = True
     return marked, ~unmarked & (mesh.valence > 0)
-
-
-@kernel
-def _run(twin: Int32Array, tail: Int32Array, stop: Bools, marked: Bools, h: Index) -> None:
-    """Mark edges straight ahead from half-edge h on, until one that is marked, or a stop."""
-    while not marked[h]:
-        marked[h] = True
-        if twin[h] >= 0:
-            marked[twin[h]] = True
-        ahead = next_edge(h)
-        if stop[tail[ahead]]:
-            return
-        # Across the edge ahead, and on: a regular vertex inside has four.
-        h = next_edge(twin[ahead])
-
-
-@kernel
-def _run_all(
-    twin: Int32Array, tail: Int32Array, irregular: Bools, border: Bools, marked: Bools
-) -> None:
-    stop = irregular | border
-    for h in range(len(twin)):
-        if irregular[tail[h]]:
-            _run(twin, tail, stop, marked, h)
-
-
-@kernel
-def _cut_regular(
-    twin: Int32Array, tail: Int32Array, irregular: Bools, border: Bools, marked: Bools
-) -> None:
-    """Cut parts without irregular vertices: across from a vertex of the border, where there is
-    one; else from the first vertex along both of its lines."""
-    stop = irregular | border
-    seen = np.zeros(len(twin) // 4, np.bool_)
-    stack = np.empty(len(twin) // 4, np.int32)
-    for root in range(len(seen)):
-        if seen[root]:
-            continue
-        seen[root] = True
-        stack[0] = root
-        top = 1
-        regular = True
-        begin = -1
-        while top:
-            top -= 1
-            f = stack[top]
-            for e in range(4):
-                h = 4 * f + e
-                if irregular[tail[h]]:
-                    regular = False
-                if twin[h] < 0:
-                    begin = h if begin < 0 else min(begin, h)
-                elif not seen[twin[h] >> 2]:
-                    seen[twin[h] >> 2] = True
-                    stack[top] = twin[h] >> 2
-                    top += 1
-        if not regular:
-            continue
-        # The edge to the left of a half-edge's start, seen along it.
-        if begin >= 0:
-            _run(twin, tail, stop, marked, twin[prev_edge(begin)])
-        else:
-            _run(twin, tail, stop, marked, 4 * root)
-            _run(twin, tail, stop, marked, twin[prev_edge(4 * root)])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -313,7 +250,7 @@ class GridCurves:
 
 def follow_curves(mesh: Quads, marked: NDArray[np.bool_], corner: NDArray[np.bool_]) -> GridCurves:
     """Follow marked edges from corner to corner."""
-    return GridCurves(*_follow_marked(mesh.twin, mesh.tail, marked, corner))
+    return GridCurves(*follow_marked(mesh.twin, mesh.tail, marked, corner))
 
 
 def list_corner_curves(
@@ -346,58 +283,8 @@ def list_corner_curves(
     return result
 
 
-@kernel
-def _follow_marked(
-    twin: Int32Array, tail: Int32Array, marked: NDArray[np.bool_], corner: NDArray[np.bool_]
-) -> tuple[Int32Array, Int32Array, Int32Array]:
-    half = np.full(len(twin), -1, np.int32)
-    edges = np.empty(len(twin), np.int32)
-    start = np.zeros(len(twin) + 1, np.int32)
-    n, count = 0, 0
-    for first in range(len(twin)):
-        if not (marked[first] and corner[tail[first]]) or half[first] >= 0:
-            continue
-        h = first
-        while True:
-            edges[n] = h
-            n += 1
-            half[h] = 2 * count
-            if twin[h] >= 0:
-                half[twin[h]] = 2 * count + 1
-            ahead = next_edge(h)
-            if corner[tail[ahead]]:
-                break
-            h = next_edge(twin[ahead])
-        count += 1
-        start[count] = n
-    return edges[:n].copy(), start[: count + 1].copy(), half
-
-
 #: Grids of so many sizes are kept.
 KEPT = 4096
-
-
-@kernel
-def read_grid(twin: Int32Array, tail: Int32Array, h: Index, w: Index, n: Index) -> Int32Array:
-    """(n + 1, w + 1) the vertices of the grid of w x n quads whose first row begins with
-    half-edge h: row 0 from its start on, ahead of it; rows lie one left of the other."""
-    found = np.empty((n + 1, w + 1), np.int32)
-    row = h
-    for j in range(n):
-        at = row
-        for i in range(w):
-            found[j, i] = tail[at]
-            if j == n - 1:
-                found[n, i] = tail[prev_edge(at)]
-            if i == w - 1:
-                found[j, w] = tail[next_edge(at)]
-                if j == n - 1:
-                    found[n, w] = tail[prev_edge(prev_edge(at))]
-            else:
-                at = next_edge(twin[next_edge(at)])
-        if j < n - 1:
-            row = twin[prev_edge(prev_edge(row))]
-    return found
 
 
 @lru_cache(maxsize=KEPT)

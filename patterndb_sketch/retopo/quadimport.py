@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb._native.retopo.quadgrids import read_grid
 from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import flipped
@@ -41,7 +42,6 @@ from patterndb_sketch.retopo.quadgrids import (
     list_corner_curves,
     make_grid_choice,
     mark_separatrices,
-    read_grid,
     refuse_fans,
 )
 from patterndb_sketch.retopo.sizes import Sizes

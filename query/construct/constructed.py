@@ -14,6 +14,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
@@ -22,7 +23,7 @@ from query.construct.planner import Planner
 from query.ending import NEVER, EndFlag, refuse_if_ended
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 from query.recognise import as_welded_fill, count_asked_quads, count_irregular, count_quads
 
 #: What fills and patterns that were constructed give as their origin.

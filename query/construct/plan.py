@@ -18,8 +18,8 @@ from typing import Protocol
 
 import numpy as np
 
+from patterndb._native.query.construct.plan import split_loop
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 from query.boundary import Boundary, CornerKind
 from query.construct.parts import make_pentagon, make_rectangle
 
@@ -69,32 +69,6 @@ class MeshPart:
 
     loop: Int32Array
     quads: Int32Array
-
-
-@kernel
-def split_loop(
-    loop: Int32Array, start: int, end: int, inner: Int32Array
-) -> tuple[Int32Array, Int32Array]:
-    """The two loops into which a chord cuts a loop.
-
-    The chord runs from position ``start`` of the loop over the vertices ``inner`` to
-    position ``end``. The left loop begins at ``start``, follows the old loop to ``end`` and
-    comes back along the chord; the right one begins at ``end``, follows the old loop to
-    ``start`` and comes back. Positions may lie beyond the loop's length: they count on.
-    """
-    n = len(loop)
-    there = (end - start) % n
-    back = n - there
-    left = np.empty(there + 1 + len(inner), np.int32)
-    right = np.empty(back + 1 + len(inner), np.int32)
-    for i in range(there + 1):
-        left[i] = loop[(start + i) % n]
-    for i in range(back + 1):
-        right[i] = loop[(end + i) % n]
-    for i in range(len(inner)):
-        left[there + 1 + i] = inner[len(inner) - 1 - i]
-        right[back + 1 + i] = inner[i]
-    return left, right
 
 
 def compose_parts(parts: Iterable[MeshPart], n_outline: int) -> tuple[Int32Array, int]:

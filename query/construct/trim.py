@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from patterndb._native.query.construct.parts import find_pentagon_cuts
 from query.boundary import Boundary, CornerKind
-from query.construct.parts import find_pentagon_cuts
 from query.construct.plan import DroppedCorners, PentagonPart, Plan, draw_chord
 
 #: An outline of fewer sides is not cut: what would be left is looked up as well as it is.

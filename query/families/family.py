@@ -14,6 +14,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.families.growing import grow_patterns
 from patterndb.core import description as d
 from patterndb.core.code import MAX_QUADS, pattern_id
 from patterndb.core.halfedge import Int32Array
@@ -21,7 +22,6 @@ from patterndb.core.packing import pack_many, unpack
 from patterndb.core.pattern import Pattern
 from query.errors import InvalidQueryError
 from query.families.arraycache import Array, load_or_make
-from query.families.growing import grow_patterns
 
 #: Raise it whenever a family of the same parameters comes out another way.
 VERSION = 1

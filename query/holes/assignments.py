@@ -15,9 +15,9 @@ from itertools import islice
 
 import numpy as np
 
+from patterndb._native.query.holes.assignments import measure
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb.system.kernels import kernel
 from query.holes.symmetry import ASYMMETRIC, follow_mirrors
 
 #: Quads that a loop vertex may get: 1 (a convex corner) to 4.
@@ -151,60 +151,8 @@ def measure_assignments(logs: Floats, due: Int32Array, assignments: Int32Array) 
     logs: (L, 4) log probabilities of 1 to 4 quads at each vertex. due: (L,) quads that would make
     each vertex regular.
     """
-    return _measure(
+    return measure(
         np.ascontiguousarray(logs),
         np.ascontiguousarray(due, np.int32),
         np.ascontiguousarray(assignments, np.int32),
     )
-
-
-@kernel
-def _measure(logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
-    n = len(due)
-    rows = np.zeros((len(assignments), 22))
-    best = 0.0
-    for i in range(n):
-        best += logs[i].max()
-    corners = np.empty(n, np.int64)
-    for c in range(len(assignments)):
-        quads = assignments[c]
-        row = rows[c]
-        turning = 0
-        n_corners = 0
-        row[0] = -best
-        for i in range(n):
-            k = quads[i]
-            before = quads[i - 1] if i else quads[n - 1]
-            off = k - due[i]
-            off_before = before - (due[i - 1] if i else due[n - 1])
-            row[0] += logs[i, k - 1]
-            turning += 2 - k
-            if k != 2:
-                corners[n_corners] = i
-                n_corners += 1
-                row[17] += before != 2
-                row[18] += k == 1 and before == 1
-            row[12] += k == 1
-            row[13] += k == 3
-            row[14] += k == 4
-            row[6] += off != 0
-            row[7] += off <= -2
-            row[8] += off == -1
-            row[9] += off == 1
-            row[10] += off >= 2
-            row[15] += off != 0 and off_before != 0
-            row[16] += off * off_before < 0
-        more = turning - 4
-        row[1] = more == 0
-        row[2] = abs(more)
-        row[3] = more * more / 10.0
-        row[4] = more > 0
-        row[5] = turning % 2 == 0
-        row[11] = row[6] == 0
-        if n_corners == 4 and more == 0:
-            row[20] = 1.0
-            a, b = corners[1] - corners[0], corners[2] - corners[1]
-            d = corners[3] - corners[2]
-            row[19] = a == d and b == n - a - b - d
-        row[21] = n_corners == 0
-    return rows

@@ -8,16 +8,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from patterndb._native.query.holes.candidates import turn_quads
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.reduction import reduce_disk
 from patterndb.geometry.points import Floats
-from patterndb.system.kernels import kernel
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
 from query.engine import PatternSource, fills
 from query.expand import expand_pattern
 from query.fill import Fill
-from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
+from query.holes.assignments import AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
 from query.holes.patterns import KEPT, SHARE, HolePatterns, Lie
 from query.holes.ranking import NONE_CLOSED, HoleCandidate
@@ -30,7 +31,7 @@ from query.holes.regular import (
 from query.holes.rim import HoleRim
 from query.holes.rings import QuadRing, lay_ring, pave_loop
 from query.holes.symmetry import count_followed, lose_by_mirrors
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
 from query.listing.ranking import Listing, Ranking
@@ -449,7 +450,7 @@ class HoleSearch:
             yield from self._new(fill, turn, n, place)
 
     def _new(self, fill: Fill, first: int, n: int, place: int) -> Iterator[HoleCandidate]:
-        quads, at_loop = _turn_quads(fill.quads, first, n)
+        quads, at_loop = turn_quads(fill.quads, first, n)
         if not len(quads) or not self._has_fixed(at_loop):
             return
         key = self.take_new(quads, fill.n_vertices, n)
@@ -489,25 +490,6 @@ class HoleSearch:
                 seen = int(patterns.frequency[at[0]]), int(patterns.n_meshes[at[0]])
                 self._facts[pattern.id] = (seen[0], seen[1], ways)
         return self._facts[pattern.id]
-
-
-@kernel
-def _turn_quads(quads: Int32Array, first: int, n: int) -> tuple[Int32Array, Int32Array]:
-    """Turn quads (q, 4), loop vertices 0 to n - 1, so that vertex 0 becomes ``first``; also the
-    quads (n,) at each loop vertex. No quads where a vertex has none, or more than MOST_QUADS."""
-    turned = np.empty((len(quads), 4), np.int32)
-    counts = np.zeros(n, np.int32)
-    for f in range(len(quads)):
-        for e in range(4):
-            v = quads[f, e]
-            if v < n:
-                v = (v + first) % n
-                counts[v] += 1
-            turned[f, e] = v
-    for v in range(n):
-        if not 1 <= counts[v] <= MOST_QUADS:
-            return turned[:0], counts
-    return turned, counts
 
 
 def _widen_loops(fill: Fill) -> list[Fill]:

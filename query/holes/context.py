@@ -10,13 +10,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.holes.surroundings import count_faces
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.holes.loops import Hole, MeshTopology
 from query.holes.surroundings import (
     N_FEATURES,
     Surroundings,
-    count_faces,
     measure_loop,
     mirror_features,
     walk_fan,

@@ -8,10 +8,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.holes.loops import flood, turn_alike, walk_borders
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.system.kernels import kernel
 from query.holes.coincidence import find_coincident_edges
 
 #: A mesh with more border loops than this share of its faces is a soup, if more than this share of
@@ -68,7 +68,7 @@ class MeshTopology:
         following = np.where(at == last, first, at + 1)
         head = tail[following]
         partner, same_sense, crowded = _pair_edges(tail, head, len(mesh.points))
-        flip, torn = _turn_alike(face, partner, same_sense, start)
+        flip, torn = turn_alike(face, partner, same_sense, start)
         if torn >= 0:
             raise InvalidMeshError(
                 f"the faces around face {int(face[torn])} cannot all be turned the same way: the "
@@ -163,7 +163,7 @@ def find_holes(mesh: PolygonMesh | MeshTopology) -> list[Hole]:
     """
     topology = mesh if isinstance(mesh, MeshTopology) else MeshTopology.of(mesh)
     border = np.flatnonzero((topology.twin < 0) & ~topology.crowded)
-    loops, starts = _walk_borders(
+    loops, starts = walk_borders(
         border.astype(np.int32), topology.twin, topology.previous, topology.crowded
     )
     holes: list[Hole] = []
@@ -356,7 +356,7 @@ def _component_of(hole: Hole) -> int:
     )
     if start < 0:
         return -1
-    return int(_flood(start, hole.topology.face, hole.topology.twin, hole.topology.start).min())
+    return int(flood(start, hole.topology.face, hole.topology.twin, hole.topology.start).min())
 
 
 def _is_within(polygon: NDArray[np.float64], point: NDArray[np.float64]) -> bool:
@@ -441,111 +441,3 @@ def _pair_edges(
     paired = partner >= 0
     same[paired] = tail[paired] == tail[partner[paired]]
     return partner, same, crowded
-
-
-@kernel
-def _turn_alike(
-    face: Int32Array, partner: Int32Array, same: NDArray[np.bool_], start: NDArray[np.int64]
-) -> tuple[NDArray[np.bool_], int]:
-    """(f,) which faces to read backwards so that neighbours agree; a half-edge where none can."""
-    n = len(start) - 1
-    flip = np.zeros(n, np.bool_)
-    seen = np.zeros(n, np.bool_)
-    stack = np.empty(n, np.int64)
-    members = np.empty(n, np.int64)
-    for root in range(n):
-        if seen[root]:
-            continue
-        seen[root] = True
-        stack[0] = root
-        top = 1
-        k = 0
-        turned = 0
-        while top:
-            top -= 1
-            f = stack[top]
-            members[k] = f
-            k += 1
-            turned += flip[f]
-            for h in range(start[f], start[f + 1]):
-                g = partner[h]
-                if g < 0:
-                    continue
-                other = face[g]
-                wanted = flip[f] != same[h]
-                if not seen[other]:
-                    seen[other] = True
-                    flip[other] = wanted
-                    stack[top] = other
-                    top += 1
-                elif flip[other] != wanted:
-                    return flip, h
-        if 2 * turned > k:  # most of them know better than the first
-            for i in range(k):
-                flip[members[i]] = not flip[members[i]]
-    return flip, -1
-
-
-@kernel
-def _walk_borders(
-    border: Int32Array, twin: Int32Array, previous: Int32Array, crowded: NDArray[np.bool_]
-) -> tuple[Int32Array, NDArray[np.int64]]:
-    """Loops of border half-edges, each with the hole on its right, in the order of the hole.
-
-    Returns the half-edges, loop after loop, and where each begins. Loop vertex i is the head of
-    half-edge i. A loop that reaches an edge of more than two faces ends with -1.
-    """
-    n = len(twin)
-    left = np.zeros(n, np.bool_)
-    for h in border:
-        left[h] = True
-    loops = np.empty(2 * len(border) + 1, np.int32)
-    starts = np.empty(len(border) + 1, np.int64)
-    starts[0] = 0
-    n_loops = 0
-    at = 0
-    for first in border:
-        if not left[first]:
-            continue
-        h = first
-        while True:
-            left[h] = False
-            loops[at] = h
-            at += 1
-            # Around the tail of h, by the faces outside, to the half-edge that arrives there.
-            h = previous[h]
-            while twin[h] >= 0:
-                h = previous[twin[h]]
-            if h == first:
-                break
-            # A walk that was begun further on has been along here, and came to such an edge.
-            if crowded[h] or not left[h]:
-                loops[at] = -1
-                at += 1
-                break
-        n_loops += 1
-        starts[n_loops] = at
-    return loops[:at].copy(), starts[: n_loops + 1].copy()
-
-
-@kernel
-def _flood(
-    root: int, face: Int32Array, twin: Int32Array, start: NDArray[np.int64]
-) -> NDArray[np.int64]:
-    """The faces of a component."""
-    n = len(start) - 1
-    seen = np.zeros(n, np.bool_)
-    stack = np.empty(n, np.int64)
-    stack[0] = root
-    seen[root] = True
-    top = 1
-    while top:
-        top -= 1
-        f = stack[top]
-        for h in range(start[f], start[f + 1]):
-            g = twin[h]
-            if g >= 0 and not seen[face[g]]:
-                seen[face[g]] = True
-                stack[top] = face[g]
-                top += 1
-    return np.flatnonzero(seen)

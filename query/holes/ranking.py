@@ -12,11 +12,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb._native.query.holes.ranking import measure_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb.system.kernels import kernel
 from query.fill import Fill
 from query.holes.shape import MEASURES, place_fill
 from query.holes.surroundings import Surroundings, surround_with_nothing
@@ -180,7 +179,7 @@ def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
     of_loop = _describe_loop(around, points)
     for row, candidate in zip(rows, candidates, strict=True):
         quads, n_vertices = candidate.quads, candidate.n_vertices
-        found = _measure_quads(quads, n_vertices, around.due, around.asked, ahead, logs)
+        found = measure_quads(quads, n_vertices, around.due, around.asked, ahead, logs)
         frequency = candidate.frequency
         row[:7] = (
             candidate.log_corners,
@@ -221,110 +220,6 @@ def _describe_loop(around: Surroundings, points: Floats) -> tuple[float, ...]:
         float(size[-1] / max(float(size[0]), 1e-300)),
         float((around.normals @ normal).mean()),
     )
-
-
-@kernel
-def _measure_quads(
-    quads: Int32Array,
-    n_vertices: int,
-    due: Int32Array,
-    asked: Int32Array,
-    ahead: Floats,
-    logs: Floats,
-) -> Floats:
-    """Measure how regular a candidate is, and how strands join the loop's edges: see FACTS,
-    inner_irregular to asked_corners, regular_inside to dipoles, least_side.
-
-    ahead: (L, 3) unit vectors along the loop's edges. logs: (L,) logarithms of their lengths.
-    """
-    n = len(due)
-    found = np.zeros(16)
-    valence = np.zeros(n_vertices, np.int64)
-    for f in range(len(quads)):
-        for e in range(4):
-            valence[quads[f, e]] += 1
-    off = np.empty(n_vertices, np.int64)
-    convex = 0
-    others = 0
-    first = -1
-    last = -1
-    least = n
-    for v in range(n_vertices):
-        off[v] = valence[v] - (due[v] if v < n else 4)
-        if off[v] != 0:
-            found[1 if v < n else 0] += 1
-        found[2] += off[v] == -1
-        found[3] += off[v] == 1
-        found[4] += max(abs(off[v]) - 1, 0)
-        if v < n:
-            found[6] += valence[v] != asked[v]
-            if valence[v] != 2:
-                convex += valence[v] == 1
-                others += valence[v] != 1
-                if first < 0:
-                    first = v
-                else:
-                    least = min(least, v - last)
-                last = v
-    if first >= 0:
-        least = min(least, first + n - last)
-    found[5] = np.log(len(quads))
-    found[7] = found[0] == 0
-    found[8] = found[0] == 0 and convex == 4 and others == 0
-    out, touching, dipoles = _follow_strands(quads, n, off)
-    for i in range(n):
-        ratio = abs(logs[i] - logs[out[i]])
-        found[9] += ratio / n
-        found[10] = max(found[10], ratio)
-        found[11] += (ahead[i] * ahead[out[i]]).sum() / n
-    found[11] += 1.0
-    found[12] = found[1] / n
-    found[13] = touching / 2
-    found[14] = dipoles / 2
-    found[15] = least
-    return found
-
-
-@kernel
-def _follow_strands(
-    quads: Int32Array, n: int, off: NDArray[np.int64]
-) -> tuple[NDArray[np.int64], int, int]:
-    """Return (n,) the loop edge where the strand of each ends, and how many inner edges, each
-    twice, have two irregular ends, and ends of which one has too many quads and one too few.
-
-    off: (v,) quads at each vertex, less those of a regular one.
-    """
-    m = 4 * len(quads)
-    top = np.int64(quads.max() + 1)
-    key = np.empty(m, np.int64)
-    touching = 0
-    dipoles = 0
-    for f in range(len(quads)):
-        for e in range(4):
-            a, b = np.int64(quads[f, e]), np.int64(quads[f, (e + 1) & 3])
-            key[4 * f + e] = min(a, b) * top + max(a, b)
-            if off[a] != 0 and off[b] != 0:
-                touching += 1
-                if off[a] * off[b] < 0:
-                    dipoles += 1
-    order = np.argsort(key)
-    twin = np.full(m, -1, np.int64)
-    for i in range(m - 1):
-        if key[order[i]] == key[order[i + 1]]:
-            twin[order[i]] = order[i + 1]
-            twin[order[i + 1]] = order[i]
-    out = np.zeros(n, np.int64)
-    for h in range(m):
-        if twin[h] >= 0:
-            continue
-        g = h
-        for _ in range(m):
-            g = (g & ~3) | ((g + 2) & 3)
-            if twin[g] < 0:
-                break
-            g = twin[g]
-        out[quads[h >> 2, h & 3]] = quads[g >> 2, g & 3]
-    return out, touching, dipoles
 
 
 def measure_plain_fill(fill: Fill, points: Floats) -> Floats:

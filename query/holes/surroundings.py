@@ -11,9 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.holes.surroundings import (
+    count_faces,
+    find_normals_beyond,
+    measure_fans,
+    own_features,
+)
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb.system.kernels import kernel
 from query.holes.loops import Hole
 
 #: Loop vertices either side whose numbers count too.
@@ -105,7 +110,7 @@ def look_around(hole: Hole) -> Surroundings:
     placed = points[index]
     corner_array = np.array(corners, np.int32)
     offset_array = np.array(offsets, np.int64)
-    normals, angle = _measure_fans(placed, corner_array, offset_array, n)
+    normals, angle = measure_fans(placed, corner_array, offset_array, n)
     bare = (normals == 0.0).all(axis=1)
     if bare.any():
         # Nothing outside tells which way is up there: the loop itself does.
@@ -132,7 +137,7 @@ def look_around(hole: Hole) -> Surroundings:
         np.clip(due, 1, 4).astype(np.int32),
         normals,
         angle,
-        _find_normals_beyond(placed, corner_array, offset_array, n),
+        find_normals_beyond(placed, corner_array, offset_array, n),
         scale,
         area,
         spokes,
@@ -172,7 +177,7 @@ def surround_with_nothing(points: Floats, due: Int32Array) -> Surroundings:
 
 def measure_loop(hole: Hole, around: Surroundings) -> Floats:
     """(L, N_FEATURES) float64: the numbers that tell how many quads each vertex will get."""
-    own = _own_features(
+    own = own_features(
         hole.points,
         around.normals,
         around.angle_outside,
@@ -281,22 +286,6 @@ def _spokes(hole: Hole, fans: list[list[int]]) -> tuple[Floats, Floats]:
     return spokes, far
 
 
-@kernel
-def count_faces(twin: Int32Array, following: Int32Array, h: int) -> int:
-    """Faces around the tail of a half-edge, 4 where the border is met."""
-    count = 0
-    g = h
-    while count < 64:
-        count += 1
-        g = twin[g]
-        if g < 0:
-            return 4
-        g = following[g]
-        if g == h:
-            return count
-    return count
-
-
 def _loop_normal(points: Floats) -> Floats:
     """(3,) the unit normal of a loop's area, by Newell; of z where it has none."""
     area = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
@@ -308,67 +297,6 @@ def _removed_corners(hole: Hole) -> NDArray[np.int64]:
     """The vertices of the faces that a fill replaces, once for each face."""
     t = hole.topology
     return t.tail[np.isin(t.face, hole.removed)].astype(np.int64)
-
-
-@kernel
-def _measure_fans(
-    points: Floats, corners: Int32Array, offsets: NDArray[np.int64], n_loop: int
-) -> tuple[Floats, Floats]:
-    """(L, 3) unit normals of the faces outside at each loop vertex, weighted by angle, 0 where
-    there are none; (L,) radians that they take."""
-    normals = np.zeros((n_loop, 3))
-    angles = np.zeros(n_loop)
-    for f in range(len(offsets) - 1):
-        first, last = offsets[f], offsets[f + 1]
-        k = last - first
-        for e in range(k):
-            v = corners[first + e]
-            if v >= n_loop:
-                continue
-            a = points[corners[first + (e + 1) % k]] - points[v]
-            b = points[corners[first + (e - 1) % k]] - points[v]
-            c = np.cross(a, b)
-            s = norm_of(c)
-            t = np.arctan2(s, (a * b).sum())
-            angles[v] += t
-            if s > 0:
-                normals[v] += c / s * t
-    for v in range(n_loop):
-        s = norm_of(normals[v])
-        if s > 0:
-            normals[v] /= s
-    return normals, angles
-
-
-@kernel
-def _find_normals_beyond(
-    points: Floats, corners: Int32Array, offsets: NDArray[np.int64], n_loop: int
-) -> Floats:
-    """(L, 3) unit normals of the faces across the loop's edges, 0 where there is none."""
-    beyond = np.zeros((n_loop, 3))
-    for f in range(len(offsets) - 1):
-        first, last = offsets[f], offsets[f + 1]
-        k = last - first
-        for e in range(k):
-            v, w = corners[first + (e + 1) % k], corners[first + e]
-            if v >= n_loop or w != (v + 1) % n_loop:
-                continue
-            normal = np.zeros(3)
-            for c in range(1, k - 1):
-                normal += np.cross(
-                    points[corners[first + c]] - points[corners[first]],
-                    points[corners[first + c + 1]] - points[corners[first]],
-                )
-            s = norm_of(normal)
-            if s > 0:
-                beyond[v] = normal / s
-    return beyond
-
-
-@kernel
-def norm_of(v: Floats) -> float:
-    """The length of a vector (3,)."""
-    return np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
 def _scales(
@@ -393,56 +321,3 @@ def _scales(
     scale = float(np.exp(np.log(np.maximum(lengths, tiny)).mean()))
     area = float(np.exp(np.log(np.maximum(areas, tiny**2)).mean())) if areas else scale**2
     return scale, area
-
-
-@kernel
-def _own_features(
-    loop: Floats,
-    normals: Floats,
-    angle_outside: Floats,
-    outside: Int32Array,
-    asked: Int32Array,
-    scale: float,
-    spokes: Floats,
-    far: Floats,
-) -> Floats:
-    """(L, OWN) of each vertex alone, and of the edges beside it."""
-    n = len(loop)
-    rows = np.zeros((n, OWN))
-    for i in range(n):
-        a = loop[(i + 1) % n] - loop[i]
-        b = loop[(i - 1) % n] - loop[i]
-        la, lb = norm_of(a), norm_of(b)
-        normal = normals[i]
-        # The angle inside, in the tangent plane, from the edge after to the edge before.
-        u = a - normal * (a * normal).sum()
-        w = b - normal * (b * normal).sum()
-        c = np.cross(u, w)
-        angle = np.arctan2((c * normal).sum(), (u * w).sum())
-        if angle < 0:
-            angle += 2 * np.pi
-        s = np.cross(a, b)
-        straight = np.arctan2(norm_of(s), (a * b).sum())
-        after, before = normals[(i + 1) % n], normals[(i - 1) % n]
-        rows[i, 0] = asked[i]
-        rows[i, 1] = angle
-        rows[i, 2] = 2 * np.pi - angle_outside[i]
-        rows[i, 3] = outside[i]
-        rows[i, 4] = straight
-        rows[i, 5] = np.log(max(la, 1e-12 * scale) / scale)
-        rows[i, 6] = np.log(max(lb, 1e-12 * scale) / scale)
-        rows[i, 7] = (normal * after).sum()
-        rows[i, 8] = (normal * before).sum()
-        rows[i, 9] = (a * normal).sum() / max(la, 1e-12 * scale)
-        rows[i, 10] = (b * normal).sum() / max(lb, 1e-12 * scale)
-        rows[i, 11] = 0.0 if np.isnan(spokes[i]) else spokes[i] - np.log(scale)
-        rows[i, 12] = far[i]
-        rows[i, 13] = angle_outside[i] / max(outside[i], 1)
-        # How far the loop is across here: the nearest vertex that is no neighbour of this one.
-        near = np.inf
-        for j in range(n):
-            gap = min((i - j) % n, (j - i) % n)
-            if gap > 2:
-                near = min(near, norm_of(loop[j] - loop[i]))
-        rows[i, 14] = np.log(min(near, 100.0 * scale) / scale) if near < np.inf else 0.0
-    return rows

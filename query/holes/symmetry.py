@@ -10,9 +10,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 
 #: How far a vertex may lie from the image of its partner, in mean edges of the loop.
 NEAR = 0.1

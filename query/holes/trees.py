@@ -9,9 +9,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.holes.trees import score_trees
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb.system.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +44,7 @@ class TreeModel:
 
     def score(self, features: Floats) -> Floats:
         """(n, k) float64 the scores of rows (n, f)."""
-        return _score_trees(
+        return score_trees(
             np.ascontiguousarray(features, np.float64),
             self.start,
             self.feature,
@@ -53,29 +53,3 @@ class TreeModel:
             self.value,
             self.base,
         )
-
-
-@kernel
-def _score_trees(
-    features: Floats,
-    start: Int32Array,
-    feature: NDArray[np.int16],
-    threshold: NDArray[np.float32],
-    child: NDArray[np.int16],
-    value: NDArray[np.float32],
-    base: Floats,
-) -> Floats:
-    n = len(features)
-    kinds = len(base)
-    scores = np.empty((n, kinds))
-    for i in range(n):
-        for k in range(kinds):
-            scores[i, k] = base[k]
-        for t in range(len(start) - 1):
-            first = start[t]
-            at = first
-            while feature[at] >= 0:
-                right = features[i, feature[at]] > threshold[at]
-                at = first + child[at] + (1 if right else 0)
-            scores[i, t % kinds] += value[at]
-    return scores

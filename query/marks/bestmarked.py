@@ -14,15 +14,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.marks.bestmarked import colours, find_best_row, spread_strand_widths
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.marks.marked import MarkedClass, load_marked_family
 from query.orientation import Orientation
-from query.solving.halves import find_transport, is_integral
-from query.solving.matching import search_matchings
-from query.solving.systems import Int16Array, is_balanced, two_colour
+from query.solving.systems import Int16Array
 
 #: Irregular vertices on the boundary that a query allows unless told otherwise. With this
 #: many the table of the complete family loses nothing.
@@ -88,7 +86,7 @@ class MarkedIndex:
         owner, class_i, class_j = np.nonzero(upper)
         class_start = np.searchsorted(owner, np.arange(len(upper) + 1)).astype(np.int64)
         ends = class_i.astype(np.int32), class_j.astype(np.int32)
-        component, colour = _colours(class_start, *ends, n)
+        component, colour = colours(class_start, *ends, n)
         return cls(
             marked=marked,
             row=kept.astype(np.int32),
@@ -207,199 +205,3 @@ def _of_row(marked: MarkedClass, row: int, o: int) -> Orientation:
     if marked.reflected[row]:
         return Orientation(not mirrored, (turn - rotation) % n)
     return Orientation(mirrored, (turn + rotation) % n)
-
-
-@kernel
-def _colours(
-    class_start: NDArray[np.int64], class_i: Int32Array, class_j: Int32Array, n_sides: int
-) -> tuple[Int16Array, Int16Array]:
-    n = len(class_start) - 1
-    component = np.empty((n, n_sides), np.int16)
-    colour = np.empty((n, n_sides), np.int16)
-    closed = np.zeros(n_sides * (n_sides + 1) // 2, np.bool_)
-    stack = np.empty(n_sides, np.int32)
-    for s in range(n):
-        a, b = class_start[s], class_start[s + 1]
-        two_colour(class_i[a:b], class_j[a:b], b - a, closed, component[s], colour[s], stack)
-    return component, colour
-
-
-@kernel
-def find_best_row(
-    lengths: Int32Array,
-    asked: Int32Array,
-    cap: int,
-    most: int,
-    base: Int32Array,
-    start: NDArray[np.int64],
-    unmarked: Int32Array,
-    signature: Int32Array,
-    counts: NDArray[np.uint8],
-    convex: Int32Array,
-    reflex: Int32Array,
-    class_start: NDArray[np.int64],
-    class_i: Int32Array,
-    class_j: Int32Array,
-    component: Int16Array,
-    colour: Int16Array,
-) -> tuple[int, int, int, int, Int32Array]:
-    """Kernel of :func:`query.marks.bestmarked.find_best_marked`.
-
-    lengths: (N,) edges of each side; asked: (N,) quads at each corner; most: -1 for any. The
-    others are of :class:`query.marks.bestmarked.MarkedIndex`. Returns (row of the index, or -1;
-    orientation of its signature, N and more being mirrored; irregular vertices; those on the
-    boundary; (m,) slack of every class).
-    """
-    n = len(lengths)
-    perimeter = lengths.sum()
-    seen = np.empty((2 * n, n), np.int32)
-    wanted = np.empty((2 * n, n), np.int32)
-    n_convex = 0
-    n_reflex = 0
-    for s in range(n):
-        n_convex += asked[s] == 1
-        n_reflex += asked[s] == 3
-        for r in range(n):
-            seen[r, s] = lengths[(s - r) % n]
-            wanted[r, s] = asked[(s - r) % n]
-            seen[n + r, s] = lengths[(r - s) % n]
-            wanted[n + r, s] = asked[(r + 1 - s) % n]
-    m = n * (n + 1) // 2
-    class_n = np.ones(m, np.int32)
-    closed = np.zeros(m, np.bool_)
-    sums = np.empty(n, np.int32)
-    flow = np.empty((2, m), np.int32)
-    solution = np.empty((1, m), np.int32)
-    slack = np.empty(n, np.int32)
-    # Orientations in which a signature has been found not to fit.
-    failed = np.zeros(len(base), np.uint64)
-    highest = len(start) - 2 + cap
-    if most >= 0:
-        highest = min(highest, most)
-    for total in range(highest + 1):
-        for on_boundary in range(min(cap, total) + 1):
-            inside = total - on_boundary
-            if inside > len(start) - 2:
-                continue
-            for u in range(start[inside], start[inside + 1]):
-                # So many marks must fall where another count is asked for.
-                off = on_boundary - unmarked[u]
-                if off < 0 or n - min(convex[u], n_convex) - min(reflex[u], n_reflex) > off + (
-                    n - n_convex - n_reflex
-                ):
-                    continue
-                s = signature[u]
-                ends = 0
-                for i in range(n):
-                    ends += base[s, i]
-                if ends > perimeter:
-                    continue
-                first = class_start[s]
-                last = class_start[s + 1]
-                for o in range(2 * n):
-                    if failed[s] >> np.uint64(o) & np.uint64(1):
-                        continue
-                    here = 0
-                    for i in range(n):
-                        here += counts[u, i] != wanted[o, i]
-                    if here != off:
-                        continue
-                    if _fits(
-                        seen[o],
-                        base[s],
-                        class_i[first:last],
-                        class_j[first:last],
-                        class_n,
-                        component[s],
-                        colour[s],
-                        closed,
-                        slack,
-                        sums,
-                        flow,
-                        solution,
-                    ):
-                        value = solution[0, : last - first].copy()
-                        return u, o, total, on_boundary, value
-                    failed[s] |= np.uint64(1) << np.uint64(o)
-    return -1, 0, 0, 0, np.empty(0, np.int32)
-
-
-@kernel
-def _fits(
-    lengths: Int32Array,
-    base: Int32Array,
-    class_i: Int32Array,
-    class_j: Int32Array,
-    class_n: Int32Array,
-    component: Int16Array,
-    colour: Int16Array,
-    closed: NDArray[np.bool_],
-    slack: Int32Array,
-    sums: Int32Array,
-    flow: Int32Array,
-    solution: Int32Array,
-) -> bool:
-    """Can a system meet the lengths? Then the slack of its classes is in ``solution``."""
-    m = len(class_i)
-    for s in range(len(lengths)):
-        slack[s] = lengths[s] - base[s]
-        if slack[s] < 0:
-            return False
-    if not is_balanced(slack, component, colour, sums):
-        return False
-    closed[:m] = False
-    if not find_transport(slack, class_i, class_j, m, closed, flow):
-        return False
-    if is_integral(flow, m):
-        for k in range(m):
-            solution[0, k] = (flow[0, k] + flow[1, k]) // 2
-        return True
-    rows, _ = search_matchings(slack, class_i, class_j, class_n[:m], 0)
-    for k in range(m):
-        solution[0, k] = rows[0, k] if len(rows) else 0
-    return len(rows) > 0
-
-
-@kernel
-def spread_strand_widths(
-    label: NDArray[np.int16],
-    rotation: int,
-    reflected: bool,
-    class_i: Int32Array,
-    class_j: Int32Array,
-    class_n: Int32Array,
-    slack: Int32Array,
-    n_sides: int,
-) -> Int32Array:
-    """(n,) int32 width of every strand of a row, each class's slack spread evenly.
-
-    label, rotation, reflected: of the row, see :class:`query.marks.marked.MarkedClass`; slack:
-    (m,) of the classes of its signature.
-    """
-    n = (len(label) - n_sides) // 2
-    i_of = np.full(n, -1, np.int32)
-    j_of = np.empty(n, np.int32)
-    at = 0
-    for side in range(n_sides):
-        i = (rotation - side if reflected else side - rotation) % n_sides
-        for k in range(at + 1, at + 1 + label[at]):
-            strand = label[k]
-            if i_of[strand] < 0:
-                i_of[strand] = i
-            else:
-                j_of[strand] = i
-        at += 1 + label[at]
-    width = np.empty(n, np.int32)
-    left = slack.copy()
-    parts = class_n.copy()
-    for strand in range(n):
-        i = min(i_of[strand], j_of[strand])
-        j = max(i_of[strand], j_of[strand])
-        k = 0
-        while class_i[k] != i or class_j[k] != j:
-            k += 1
-        share = -(-left[k] // parts[k])
-        width[strand] = 1 + share
-        left[k] -= share
-        parts[k] -= 1
-    return width

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.marks.markplaces import list_records
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.label import split_word
 from patterndb.core.packing import unpack_many
@@ -35,7 +36,6 @@ from query.marks.markplaces import (
     STRANDS,
     UNMARKED,
     Partings,
-    list_records,
 )
 from query.marks.patterntable import PatternTable
 

@@ -9,13 +9,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.marks.patterntable import meshes
 from patterndb.core import description as d
-from patterndb.core.code import Code, pattern_id
-from patterndb.core.halfedge import Int32Array, fans, next_edge
+from patterndb.core.code import pattern_id
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import unpack, unpack_many
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
-from patterndb.system.kernels import kernel
 from query.families import family as f
 from query.families.arraycache import Array
 
@@ -150,7 +150,7 @@ class PatternTable:
             max_valence=np.array([max(v, default=4) for v in valences], np.int32),
             max_count=np.array([max([2, *k]) for k in corners], np.int32),
             n_loops=counts[:, d.N_LOOPS].copy(),
-            mesh=_meshes(symbols.astype(np.uint16), offsets),
+            mesh=meshes(symbols.astype(np.uint16), offsets),
         ).take(order)
 
     @classmethod
@@ -175,25 +175,3 @@ class PatternTable:
             np.concatenate([np.zeros(0, np.int64), *(part.frequency for part in parts)]),
             np.concatenate([np.zeros(0, np.bool_), *(part.learned for part in parts)]),
         )
-
-
-@kernel
-def _meshes(flat: Code, offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
-    n = len(offsets) - 1
-    result = np.ones(n, np.bool_)
-    for i in range(n):
-        twin = flat[offsets[i] : offsets[i + 1]].astype(np.int32) - 1
-        vertex, n_vertices = fans(twin)
-        # Half-edges by their tails; few leave one vertex.
-        first = np.full(n_vertices, -1, np.int32)
-        after = np.full(len(twin), -1, np.int32)
-        for h in range(len(twin)):
-            head = vertex[next_edge(h)]
-            other = first[vertex[h]]
-            while other >= 0:
-                result[i] &= vertex[next_edge(other)] != head
-                other = after[other]
-            after[h] = first[vertex[h]]
-            first[vertex[h]] = h
-            result[i] &= head != vertex[h] and vertex[next_edge(next_edge(h))] != vertex[h]
-    return result

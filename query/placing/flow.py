@@ -8,14 +8,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from patterndb._native.query.placing.flow import (
+    list_loop_targets,
+    list_open_targets,
+    measure_loop_distance,
+    measure_open_distance,
+)
+from patterndb._native.query.placing.strands import find_far_ends
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 from query.placing.strands import (
     SidedDisk,
     assign_strands,
-    find_far_ends,
     find_strand_edges,
     list_loop_chains,
     locate_span,
@@ -151,121 +156,3 @@ def _costs(
         if name not in found or distance < found[name][0]:
             found[name] = distance, chain
     return found
-
-
-@kernel
-def measure_along(line: Points, closed: bool) -> Points:
-    """(k + closed,) arc length up to every point of a polyline (k, 3), and once round."""
-    k = len(line)
-    total = np.zeros(k + closed)
-    for i in range(1, k + closed):
-        squared = 0.0
-        for c in range(3):
-            squared += (line[i % k, c] - line[i - 1, c]) ** 2
-        total[i] = total[i - 1] + math.sqrt(squared)
-    return total
-
-
-@kernel
-def interpolate_at(line: Points, lengths: Points, wanted: Points) -> Points:
-    """(n, 3) the points of a polyline at ascending arc lengths ``wanted`` (n,).
-
-    lengths: as :func:`measure_along` gives them; the polyline is closed if they are one more.
-    """
-    k = len(line)
-    result = np.empty((len(wanted), 3))
-    i = 0
-    for n in range(len(wanted)):
-        while i < len(lengths) - 2 and lengths[i + 1] < wanted[n]:
-            i += 1
-        step = lengths[i + 1] - lengths[i]
-        t = (wanted[n] - lengths[i]) / step if step > 0.0 else 0.0
-        t = min(max(t, 0.0), 1.0)
-        for c in range(3):
-            result[n, c] = line[i, c] * (1.0 - t) + line[(i + 1) % k, c] * t
-    return result
-
-
-@kernel
-def list_middles(length: float) -> Points:
-    result = np.empty(SAMPLES)
-    for n in range(SAMPLES):
-        result[n] = (n + 0.5) / SAMPLES * length
-    return result
-
-
-@kernel
-def measure_gap(a: Points, b: Points) -> float:
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-
-
-@kernel
-def measure_open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:
-    """(integral over the stroke's length, mean, greatest) distance of two open polylines."""
-    one = measure_along(stroke, False)
-    two = measure_along(middle, False)
-    a = interpolate_at(stroke, one, list_middles(one[-1]))
-    b = interpolate_at(middle, two, list_middles(two[-1]))
-    total = 0.0
-    most = max(measure_gap(stroke[0], middle[0]), measure_gap(stroke[-1], middle[-1]))
-    for n in range(SAMPLES):
-        d = measure_gap(a[n], b[n])
-        total += d
-        most = max(most, d)
-    return total / SAMPLES * one[-1], total / SAMPLES, most
-
-
-@kernel
-def measure_loop_distance(
-    stroke: Points, middle: Points
-) -> tuple[float, float, float, float, bool]:
-    """(integral over the stroke, mean, greatest, where, against) for two closed polylines.
-
-    Of all starts and both senses the nearest counts. where: the part of the stroke's length
-    at which the midline's first point falls; against: does the midline run the other way?
-    """
-    one = measure_along(stroke, True)
-    two = measure_along(middle, True)
-    a = interpolate_at(stroke, one, list_middles(one[-1]))
-    b = interpolate_at(middle, two, list_middles(two[-1]))
-    best = np.inf
-    shift = 0
-    against = False
-    for s in range(SAMPLES):
-        for turned in range(2):
-            total = 0.0
-            for n in range(SAMPLES):
-                m = n if turned == 0 else SAMPLES - 1 - n
-                total += measure_gap(a[(n + s) % SAMPLES], b[m])
-                if total >= best:
-                    break
-            if total < best:
-                best = total
-                shift = s
-                against = turned == 1
-    most = 0.0
-    for n in range(SAMPLES):
-        m = SAMPLES - 1 - n if against else n
-        most = max(most, measure_gap(a[(n + shift) % SAMPLES], b[m]))
-    return best / SAMPLES * one[-1], best / SAMPLES, most, shift / SAMPLES, against
-
-
-@kernel
-def list_open_targets(stroke: Points, middle: Points) -> Points:
-    """(m, 3) the points of the stroke at the arc lengths of the midline's, in proportion."""
-    one = measure_along(stroke, False)
-    two = measure_along(middle, False)
-    return interpolate_at(stroke, one, two / max(two[-1], 1e-300) * one[-1])
-
-
-@kernel
-def list_loop_targets(stroke: Points, middle: Points, offset: float) -> Points:
-    """As open_targets, the midline's first point falling at ``offset`` of the stroke."""
-    one = measure_along(stroke, True)
-    two = measure_along(middle, True)
-    result = np.empty_like(middle)
-    wanted = np.empty(1)
-    for m in range(len(middle)):
-        wanted[0] = ((two[m] / max(two[-1], 1e-300) + offset) % 1.0) * one[-1]
-        result[m] = interpolate_at(stroke, one, wanted)[0]
-    return result

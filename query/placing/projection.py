@@ -18,12 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.placing.laplace import measure_edge_energy, relax_within
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
 from patterndb.geometry.points import Points, tangents, units
 from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
-from query.placing.laplace import measure_edge_energy, relax_within, solve_harmonic
+from query.placing.laplace import solve_harmonic
 from query.placing.region import Region, is_curved, map_on_disk
 
 #: At rest no vertex moves further in a round than this part of the fill's diagonal.

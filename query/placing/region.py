@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
+from patterndb._native.query.placing.region import flood_left
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import NO_AREA
 from patterndb.geometry.surface import Feet, Surface, edge_keys
-from patterndb.system.kernels import kernel
 
 #: Shares of a surface's diagonal: a boundary that is to lie on it has its nearest vertex no further
 #: off than FAR, and its farthest no further than FARTHEST. Boundaries drawn coarsely are off by
@@ -121,52 +121,6 @@ def _list_votes(surface: Surface, crossing: Crossing) -> tuple[Int32Array, NDArr
     near = np.asarray(KDTree(crossing.points).query(middles)[1])
     side = np.einsum("nc,nc->n", middles - crossing.points[near], crossing.lefts[near])
     return voters, np.sign(side).astype(np.int8)
-
-
-@kernel
-def flood_left(
-    beside: Int32Array,
-    barrier: NDArray[np.bool_],
-    voters: Int32Array,
-    sides: NDArray[np.int8],
-) -> tuple[NDArray[np.bool_], bool]:
-    """(t,) bool, the triangles that a boundary crosses and those on its left, and whether it
-    parts them from those on its right.
-
-    beside: (e, 2) triangles with a common edge. barrier: (t,) those that it crosses. voters: (m,)
-    triangles beside these, sides: (m,) 1 for those on its left, -1 for those on its right.
-    """
-    n = len(barrier)
-    root = np.arange(n)
-    for k in range(len(beside)):
-        a, b = beside[k]
-        if not (barrier[a] or barrier[b]):
-            a, b = _root(root, a), _root(root, b)
-            root[max(a, b)] = min(a, b)
-    votes = np.zeros(n, np.int64)
-    count = np.zeros(n, np.int64)
-    for k in range(len(voters)):
-        piece = _root(root, voters[k])
-        votes[piece] += sides[k]
-        count[piece] += 1
-    separates = True
-    for piece in range(n):
-        if 2 * abs(votes[piece]) < count[piece]:
-            separates = False
-    inside = barrier.copy()
-    for f in range(n):
-        if not barrier[f]:
-            inside[f] = votes[_root(root, f)] > 0
-    return inside, separates
-
-
-@kernel
-def _root(root: NDArray[np.int64], f: int) -> int:
-    """The least triangle of the piece that a triangle is in; the way there becomes shorter."""
-    while root[f] != f:
-        root[f] = root[root[f]]
-        f = root[f]
-    return f
 
 
 def measure_left(points: Points, normals: Points, at: Points, up: Points) -> float:

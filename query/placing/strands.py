@@ -13,9 +13,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.placing.strands import find_far_ends, walk
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.system.kernels import kernel
 from query.errors import InvalidQueryError
 from query.stroke import BoundaryEdge, Stroke
 
@@ -89,24 +89,7 @@ def find_loops(fill: SidedDisk) -> list[Strand]:
 def walk_strand(twin: Int32Array, first: int) -> Int32Array:
     """(m,) the half-edges of the transversal edges from ``first`` on, each entering a quad
     but for the last one of an open strand, which is the far side of the last quad."""
-    return _walk(twin, first)
-
-
-@kernel
-def _walk(twin: Int32Array, first: int) -> Int32Array:
-    count = 1
-    h = twin[first ^ 2]
-    while h >= 0 and h != first:
-        count += 1
-        h = twin[h ^ 2]
-    chain = np.empty(count + (h < 0), np.int32)
-    h = first
-    for k in range(count):
-        chain[k] = h
-        if k == count - 1 and len(chain) > count:
-            chain[count] = h ^ 2
-        h = twin[h ^ 2]
-    return chain
+    return walk(twin, first)
 
 
 def list_loop_chains(twin: Int32Array) -> list[Int32Array]:
@@ -114,29 +97,14 @@ def list_loop_chains(twin: Int32Array) -> list[Int32Array]:
     crossed = np.zeros(len(twin), np.bool_)
     for h in np.flatnonzero(twin < 0).tolist():
         if not crossed[h]:
-            chain = _walk(twin, h)
+            chain = walk(twin, h)
             crossed[chain] = crossed[chain ^ 2] = True
     found: list[Int32Array] = []
     while not crossed.all():
-        chain = _walk(twin, int(crossed.argmin()))
+        chain = walk(twin, int(crossed.argmin()))
         crossed[chain] = crossed[chain ^ 2] = True
         found.append(chain)
     return found
-
-
-@kernel
-def find_far_ends(twin: Int32Array, border: Int32Array) -> Int32Array:
-    """(P,) the position of the boundary edge where the strand from each boundary edge ends."""
-    place = np.full(len(twin), -1, np.int32)
-    for i in range(len(border)):
-        place[border[i]] = i
-    far = np.empty(len(border), np.int32)
-    for i in range(len(border)):
-        h = border[i] ^ 2
-        while twin[h] >= 0:
-            h = twin[h] ^ 2
-        far[i] = place[h]
-    return far
 
 
 def find_strand_edges(quads: Int32Array, chain: Int32Array) -> Int32Array:

@@ -17,12 +17,13 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.solving.batch import keep_carrying
+from patterndb._native.query.solving.batch import solve_rows as _solve_rows
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.orientation import list_orientations, list_sides_seen
 from query.solving.evenness import MAX_WEIGHT
-from query.solving.strokes import carry_strokes, find_chord_ends, may_carry, orient_strokes
+from query.solving.strokes import orient_strokes
 from query.solving.systems import Int16Array
 from query.stroke import Stroke
 
@@ -179,7 +180,7 @@ def keep_carriers(
 
     def run(first: int) -> None:
         some = slice(first, first + ROWS_PER_THREAD)
-        _keep_carrying(
+        keep_carrying(
             labels.words,
             labels.start,
             rows[some],
@@ -246,136 +247,3 @@ def solve_rows(
 def _most_strands(start: NDArray[np.int64], rows: NDArray[np.int64], n_sides: int) -> int:
     """Strands of the longest label."""
     return (int((start[rows + 1] - start[rows]).max(initial=n_sides)) - n_sides) // 2
-
-
-@kernel
-def _split_word(
-    words: Int16Array, begin: int, n_sides: int, edges: Int32Array, side_start: Int32Array
-) -> int:
-    """Write a word's strands and where its sides begin; return the number of edges."""
-    at = begin
-    p = 0
-    for s in range(n_sides):
-        side_start[s] = p
-        length = words[at]
-        at += 1
-        for _ in range(length):
-            edges[p] = words[at]
-            at += 1
-            p += 1
-    side_start[n_sides] = p
-    return p
-
-
-@kernel
-def _keep_carrying(
-    words: Int16Array,
-    start: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    allowed: NDArray[np.bool_],
-    lengths: Int32Array,
-    weights: Int32Array,
-    flows: Int32Array,
-    tolerance: int,
-    cancelled: NDArray[np.uint8],
-    once: bool,
-) -> None:
-    """Kernel of :func:`keep_carriers` for some rows; clears ``allowed`` (r, o)."""
-    n_orientations, n_sides = lengths.shape
-    side_start = np.empty(n_sides + 1, np.int32)
-    no_keys = np.empty(0, np.int64)
-    for r in range(len(rows)):
-        if cancelled[0]:
-            return
-        row = rows[r]
-        edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
-        _split_word(words, int(start[row]), n_sides, edges, side_start)
-        end = np.empty((len(edges) // 2, 2), np.int32)
-        find_chord_ends(edges, end)
-        found = np.empty(2 * len(edges), np.int32)
-        none = np.empty((0, len(edges) // 2 + 1), np.int32)
-        for o in range(n_orientations):
-            if allowed[r, o]:
-                allowed[r, o] = may_carry(
-                    edges, end, side_start, lengths[o], flows[o], tolerance, found
-                ) and (
-                    carry_strokes(
-                        edges,
-                        end,
-                        side_start,
-                        lengths[o],
-                        weights[o],
-                        flows[o],
-                        tolerance,
-                        0,
-                        no_keys,
-                        none,
-                        no_keys,
-                        0,
-                        cancelled,
-                    )
-                    > 0
-                )
-            if once and allowed[r, o]:
-                allowed[r, o + 1 :] = False
-                break
-
-
-@kernel
-def _solve_rows(
-    words: Int16Array,
-    start: NDArray[np.int64],
-    rows: NDArray[np.int64],
-    allowed: NDArray[np.bool_],
-    lengths: Int32Array,
-    weights: Int32Array,
-    flows: Int32Array,
-    tolerance: int,
-    count: NDArray[np.int64],
-    key: NDArray[np.int64],
-    best: NDArray[np.int32],
-    cancelled: NDArray[np.uint8],
-) -> None:
-    """Kernel of :func:`solve_rows` for some rows.
-
-    count: (r,), key: (r, keep), best: (r, keep, longest + 1), with the orientation last.
-    """
-    n_orientations, n_sides = lengths.shape
-    keep = key.shape[1]
-    longest = best.shape[2] - 1
-    side_start = np.empty(n_sides + 1, np.int32)
-    keys = np.empty(keep, np.int64)
-    order = np.empty(keep, np.int64)
-    for r in range(len(rows)):
-        if cancelled[0]:
-            return
-        row = rows[r]
-        edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
-        n = _split_word(words, int(start[row]), n_sides, edges, side_start) // 2
-        end = np.empty((n, 2), np.int32)
-        find_chord_ends(edges, end)
-        found = np.empty((keep, n + 1), np.int32)
-        total = 0
-        for o in range(n_orientations):
-            if allowed[r, o]:
-                total = carry_strokes(
-                    edges,
-                    end,
-                    side_start,
-                    lengths[o],
-                    weights[o],
-                    flows[o],
-                    tolerance,
-                    o,
-                    keys,
-                    found,
-                    order,
-                    total,
-                    cancelled,
-                )
-        count[r] = total
-        for f in range(total):
-            key[r, f] = keys[order[f]]
-            for c in range(n):
-                best[r, f, c] = found[order[f], c]
-            best[r, f, longest] = found[order[f], n]

@@ -15,26 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.query.solving.feasibility import mark
+from patterndb._native.query.solving.sieve import compare_pairs, state_claims
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.core.patternclass import PatternClass
-from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.orientation import list_corners_seen, list_sides_seen
 from query.solving.batch import share_out
-from query.solving.halves import COPY_BY, QUEUE
-from query.solving.jointclaims import MOST_SIDES, SUMS, TABLES, is_refused, sum_needs
-from query.solving.matching import is_matchable
-from query.solving.sieve import (
-    LANES,
-    compare_pairs,
-    drop_lane,
-    has_lane,
-    mark_lanes,
-    pack_lengths,
-    sift_system,
-    state_claims,
-)
-from query.solving.systems import Int16Array, SignedRows, Systems, is_balanced, systems_of
+from query.solving.sieve import LANES, mark_lanes, pack_lengths
+from query.solving.systems import SignedRows, systems_of
 
 #: Patterns that a thread takes at a time: a millisecond of work or less, so that all
 #: threads end together, and so much that handing it over costs nothing.
@@ -46,8 +35,6 @@ MOST_SHARES = 64
 #: Claims likewise.
 CLAIMS_PER_THREAD = 4096
 
-#: Patterns between two looks at the cancel flag: some ten microseconds.
-ROWS_PER_LOOK = 64
 
 Flag = NDArray[np.uint8]
 
@@ -201,7 +188,7 @@ def _answer(
 
     def run(first: int) -> None:
         last = first + share
-        _mark(
+        mark(
             systems,
             query,
             rows[first:last],
@@ -215,163 +202,3 @@ def _answer(
         )
 
     share_out(run, range(0, len(rows), share), threads)
-
-
-@kernel
-def _mark(
-    systems: Systems,
-    query: _Query,
-    rows: NDArray[np.int64],
-    signature: Int32Array,
-    rotation: Int32Array,
-    reflected: NDArray[np.bool_],
-    corners: NDArray[np.uint8],
-    every: bool,
-    cancel: Flag,
-    fits: NDArray[np.bool_],
-) -> None:
-    """:func:`_answer` for some rows (r,); corners: (r, N). signature, rotation, reflected: of all
-    rows."""
-    # Taken apart once: every access to an array in a tuple counts references, in one place
-    # for all threads.
-    (
-        graphs,
-        base,
-        pairs,
-        perimeter,
-        surplus,
-        _,
-        component,
-        colour,
-        parity,
-        graph,
-        joint_first,
-        joint,
-    ) = systems
-    first, class_i, class_j, claim, near_first, near = graphs
-    lengths, compared, marks, stated, kinds, lane_of_orientation, most, convex = query
-    n_lanes, w = lengths.shape
-    left = np.empty(len(marks), np.int64)
-    # Joint claims count on sides that there are not.
-    needs = np.zeros(max(w, MOST_SIDES), np.int32)
-    need = needs[:w]
-    flow = np.empty((w, w), np.int32)
-    scratch = np.empty((5, w), np.int32)
-    fit = np.empty(n_lanes, np.bool_)
-    sums = np.zeros(TABLES * SUMS, np.int32)
-    for u in range(len(rows)):
-        if u % ROWS_PER_LOOK == 0 and cancel[0] != 0:
-            return
-        at = int(rows[u])
-        row = int(signature[at])
-        if perimeter[row] > most:
-            continue
-        if not sift_system(row, pairs, surplus, claim, marks, compared, stated, left):
-            continue
-        if not convex:
-            _drop_by_corners(kinds, corners[u], rotation[at], reflected[at], left)
-        found = False
-        asking = int(joint_first[graph[row]])
-        asked = int(joint_first[graph[row] + 1])
-        for lane in range(n_lanes):
-            fit[lane] = False
-            if not has_lane(left, lane):
-                continue
-            if not _is_within(lengths[lane], base[row], need):
-                continue
-            if parity[row] and not is_balanced(need, component[row], colour[row], scratch[0]):
-                continue
-            if asking < asked:
-                sum_needs(needs, sums)
-                if is_refused(asking, asked, joint, sums):
-                    continue
-            cut = is_matchable(
-                need, row, first, class_i, class_j, claim, near_first, near, flow, scratch
-            )
-            if cut == 0:
-                fit[lane] = True
-                found = True
-                if not every:
-                    break
-            elif cut > 0:
-                _drop_by_cut(scratch[QUEUE], cut, scratch[COPY_BY], lengths, base[row], lane, left)
-        if not every:
-            fits[u, 0] = found
-        elif found:
-            _turn_back(lane_of_orientation, fit, rotation[at], reflected[at], fits[u])
-
-
-@kernel(inline="always")
-def _is_within(lengths: Int32Array, base: Int16Array, need: Int32Array) -> bool:
-    """Write by how much lengths exceed base lengths; is that nowhere below 0?"""
-    least = 0
-    for s in range(len(need)):
-        need[s] = lengths[s] - base[s]
-        least = min(least, need[s])
-    return least >= 0
-
-
-@kernel
-def _drop_by_corners(
-    kinds: Int32Array, corners: NDArray[np.uint8], turn: int, reflected: bool, left: Int64Array
-) -> None:
-    """Drop the lanes in which a corner of the pattern falls on one of another kind."""
-    n_lanes, n = kinds.shape
-    for lane in range(n_lanes):
-        if not has_lane(left, lane):
-            continue
-        for s in range(n):
-            if kinds[lane, s] != corners[(turn + 1 - s if reflected else turn + s) % n]:
-                drop_lane(left, lane)
-                break
-
-
-@kernel(inline="always")
-def _drop_by_cut(
-    sides: Int32Array,
-    n_sides: int,
-    neighbour: Int32Array,
-    lengths: Int32Array,
-    base: Int16Array,
-    last: int,
-    left: Int64Array,
-) -> None:
-    """Drop the lanes after the last in which the first sides ask for more than their neighbours
-    have.
-
-    sides: (>= n_sides,) int32; neighbour: (w,) int32, >= 0 at the sides that any of these
-    is joined to.
-    """
-    n_lanes, w = lengths.shape
-    for lane in range(last + 1, n_lanes):
-        if not has_lane(left, lane):
-            continue
-        spare = 0
-        for at in range(n_sides):
-            spare -= lengths[lane, sides[at]] - base[sides[at]]
-        for s in range(w):
-            if neighbour[s] >= 0:
-                spare += lengths[lane, s] - base[s]
-        if spare < 0:
-            drop_lane(left, lane)
-
-
-@kernel
-def _turn_back(
-    lane: Int32Array,
-    fit: NDArray[np.bool_],
-    turn: int,
-    reflected: bool,
-    fits: NDArray[np.bool_],
-) -> None:
-    """Set ``fits``, by orientation of the pattern, from ``fit``, by lane of its signature.
-
-    Side i of the signature is the pattern's side turn + i, or turn - i where reflected. So
-    what the orientation (mirrored, r) of the pattern is to its sides, (mirrored, r - turn)
-    is to the signature's, or, where reflected, (not mirrored, turn - r).
-    """
-    n = len(fits) // 2
-    for r in range(n):
-        at = (turn - r if reflected else r - turn) % n
-        fits[r] = fit[lane[at + n if reflected else at]]
-        fits[n + r] = fit[lane[at if reflected else at + n]]

@@ -11,11 +11,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb._native.query.solving.evenness import list_splits
+from patterndb._native.query.solving.matching import search_matchings
+from patterndb._native.query.solving.strokes import can_carry, find_carrying_widths
 from patterndb.core.halfedge import Int32Array
 from query.errors import InvalidQueryError
-from query.solving.evenness import list_splits
-from query.solving.matching import MANY, search_matchings
-from query.solving.strokes import FLOW_COLUMNS, can_carry, find_carrying_widths
+from query.solving.matching import MANY
+from query.solving.strokes import FLOW_COLUMNS
 from query.solving.systems import Chords
 
 

@@ -22,10 +22,11 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb._native.query.solving.jointclaims import list_joint_claims
+from patterndb._native.query.solving.systems import fill, number_claims
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.patternclass import PatternClass
-from patterndb.system.kernels import kernel
-from query.solving.jointclaims import MOST_SIDES, SCATTER, list_joint_claims
+from query.solving.jointclaims import MOST_SIDES
 
 Int16Array = NDArray[np.int16]
 
@@ -103,82 +104,6 @@ class Chords:
         lengths = np.zeros(self.n_sides, np.int64)
         np.add.at(lengths, self.sides.ravel(), ends)
         return lengths
-
-
-@kernel
-def two_colour(
-    class_i: Int32Array,
-    class_j: Int32Array,
-    n_classes: int,
-    closed: NDArray[np.bool_],
-    component: Int32Array,
-    colour: Int32Array,
-    stack: Int32Array,
-) -> None:
-    """Write each side's component under the open classes, and its colour there.
-
-    component: (w,) number of the component's first side; colour: (w,) 1 or -1 such that
-    classes join unlike colours, 0 where the component has no such colouring. stack: (w,)
-    scratch.
-    """
-    n_sides = len(component)
-    for s in range(n_sides):
-        component[s] = -1
-    for root in range(n_sides):
-        if component[root] >= 0:
-            continue
-        component[root] = root
-        colour[root] = 1
-        stack[0] = root
-        head = 0
-        tail = 1
-        bipartite = True
-        while head < tail:
-            s = stack[head]
-            head += 1
-            for k in range(n_classes):
-                if closed[k]:
-                    continue
-                if class_i[k] == s:
-                    other = class_j[k]
-                elif class_j[k] == s:
-                    other = class_i[k]
-                else:
-                    continue
-                if component[other] < 0:
-                    component[other] = root
-                    colour[other] = -colour[s]
-                    stack[tail] = other
-                    tail += 1
-                elif colour[other] == colour[s]:
-                    bipartite = False
-        if not bipartite:
-            for at in range(tail):
-                colour[stack[at]] = 0
-
-
-@kernel
-def is_balanced(
-    residual: Int32Array,
-    component: Int32Array | Int16Array,
-    colour: Int32Array | Int16Array,
-    sums: Int32Array,
-) -> bool:
-    """May the classes absorb the residual, component by component, by parity?
-
-    A class takes as much from one end as from the other. So in a component whose sides
-    are two-coloured both colours must add up to the same; in any other the sum must be
-    even. component, colour: of :func:`two_colour`; sums: (w,) scratch.
-    """
-    n_sides = len(residual)
-    for s in range(n_sides):
-        sums[s] = 0
-    for s in range(n_sides):
-        sums[component[s]] += residual[s] if colour[s] == 0 else colour[s] * residual[s]
-    for s in range(n_sides):
-        if component[s] == s and (sums[s] % 2 != 0 if colour[s] == 0 else sums[s] != 0):
-            return False
-    return True
 
 
 #: The most that is told of a side's neighbours: what the sieve of :mod:`query.solving.feasibility`
@@ -321,7 +246,7 @@ def make_systems(
     n_classes = (int(joined.sum()) + n_loops) // 2
     # Longer than any boundary is long enough.
     base = np.minimum(lengths.astype(np.int32), np.iinfo(np.int16).max).astype(np.int16)
-    claim, claimant, near_first, near = _number_claims(joined)
+    claim, claimant, near_first, near = number_claims(joined)
     graphs = Graphs(
         first=np.zeros(s + 1, np.int32),
         class_i=np.empty(n_classes, np.int16),
@@ -347,7 +272,7 @@ def make_systems(
         joint_first=joint_first,
         joint=joint,
     )
-    _fill(made, joined)
+    fill(made, joined)
     return made
 
 
@@ -355,164 +280,3 @@ def _pair_sides(base: Int16Array) -> NDArray[np.uint8]:
     """The base lengths (s, w) of each two sides as one number: see :class:`Systems`."""
     even = np.pad(np.minimum(base, LONGEST_BASE), ((0, 0), (0, base.shape[1] % 2)))
     return ((LONGEST_BASE + 1) * even[:, ::2] + even[:, 1::2]).astype(np.uint8)
-
-
-#: Claims that there is room for at first.
-CLAIMS = 256
-
-
-@kernel
-def _number_claims(
-    joined: NDArray[np.bool_],
-) -> tuple[Int32Array, Int16Array, Int32Array, Int16Array]:
-    """The claims of (s, w, w) symmetric graphs: see :class:`Graphs` and :class:`Systems`.
-
-    Returns claim, claimant, near_first and near.
-    """
-    n, w, _ = joined.shape
-    claim = np.empty((n, w), np.int32)
-    claimant = np.empty(CLAIMS, np.int16)
-    near_first = np.zeros(CLAIMS + 1, np.int32)
-    near = np.empty(CLAIMS * w, np.int16)
-    # Twice as many places as claims that there is room for; -1 is a free one.
-    places = np.full(2 * CLAIMS, -1, np.int32)
-    code = np.empty(CLAIMS, np.int64)
-    count = 0
-    for r in range(n):
-        for i in range(w):
-            key = np.int64(i + 1) * SCATTER
-            size = 0
-            for j in range(w):
-                if joined[r, i, j]:
-                    key = ((key >> 29) ^ key ^ (j + 1)) * SCATTER
-                    size += 1
-            at = (key >> 32) & (len(places) - 1)
-            while places[at] >= 0:
-                q = places[at]
-                if (
-                    code[q] == key
-                    and claimant[q] == i
-                    and near_first[q + 1] - near_first[q] == size
-                ):
-                    same = True
-                    for k in range(near_first[q], near_first[q + 1]):
-                        same &= joined[r, i, near[k]]
-                    if same:
-                        break
-                at = (at + 1) & (len(places) - 1)
-            if places[at] < 0:
-                places[at] = count
-                code[count] = key
-                claimant[count] = i
-                end = near_first[count]
-                for j in range(w):
-                    if joined[r, i, j]:
-                        near[end] = j
-                        end += 1
-                count += 1
-                near_first[count] = end
-            claim[r, i] = places[at]
-            if count == len(claimant):
-                claimant = np.concatenate((claimant, np.empty(count, np.int16)))
-                near_first = np.concatenate((near_first, np.empty(count, np.int32)))
-                near = np.concatenate((near, np.empty(count * w, np.int16)))
-                code = np.concatenate((code, np.empty(count, np.int64)))
-                places = np.full(4 * count, -1, np.int32)
-                for q in range(count):
-                    at = (code[q] >> 32) & (len(places) - 1)
-                    while places[at] >= 0:
-                        at = (at + 1) & (len(places) - 1)
-                    places[at] = q
-    last = near_first[count]
-    return claim, claimant[:count].copy(), near_first[: count + 1].copy(), near[:last].copy()
-
-
-@kernel
-def _fill(made: Systems, joined: NDArray[np.bool_]) -> None:
-    """Write the classes, what neighbours have, and parity; joined: (s, w, w) bool, symmetric."""
-    first, class_i_of, class_j_of, claim, near_first, near = made.graphs
-    n, w = made.base.shape
-    most = w * (w + 1) // 2
-    class_i = np.empty(most, np.int32)
-    class_j = np.empty(most, np.int32)
-    closed = np.zeros(most, np.bool_)
-    component = np.empty(w, np.int32)
-    colour = np.empty(w, np.int32)
-    stack = np.empty(w, np.int32)
-    c = 0
-    for r in range(n):
-        m = order_classes(joined[r], class_i, class_j, stack)
-        first[r] = c
-        for k in range(m):
-            class_i_of[c] = class_i[k]
-            class_j_of[c] = class_j[k]
-            c += 1
-        for i in range(w):
-            q = claim[r, i]
-            surplus = 0
-            for k in range(near_first[q], near_first[q + 1]):
-                surplus += made.base[r, near[k]]
-            surplus += 1 - made.base[r, i]
-            made.surplus[r, i] = 0 if joined[r, i, i] else min(max(surplus, 0), MOST_SURPLUS)
-        two_colour(class_i, class_j, m, closed, component, colour, stack)
-        made.parity[r] = False
-        for i in range(w):
-            made.component[r, i] = component[i]
-            made.colour[r, i] = colour[i]
-            made.parity[r] |= component[i] > 0 or colour[i] != 0
-    first[n] = c
-
-
-@kernel
-def list_neighbours(joined: NDArray[np.bool_], near_first: Int32Array, near: Int16Array) -> None:
-    """Write the lists of neighbours of one graph, side by side.
-
-    joined: (w, w) bool, symmetric; near_first: (w + 1,).
-    """
-    w = len(joined)
-    at = 0
-    for i in range(w):
-        near_first[i] = at
-        for j in range(w):
-            if joined[i, j]:
-                near[at] = j
-                at += 1
-    near_first[w] = at
-
-
-@kernel
-def order_classes(
-    joined: NDArray[np.bool_],
-    class_i: Int32Array | Int16Array,
-    class_j: Int32Array | Int16Array,
-    left: Int32Array,
-) -> int:
-    """List the classes, those of the side with the fewest first, and return their number.
-
-    A side that has one class leaves it no choice, so taking as much as possible of each
-    in this order often meets every side. What a side sends to itself is its last resort.
-    joined: (w, w) bool, symmetric; left: (w,) int32 scratch.
-    """
-    w = len(joined)
-    for i in range(w):
-        left[i] = 0
-        for j in range(w):
-            left[i] += joined[i, j]
-    m = 0
-    for _ in range(w):
-        side = -1
-        for i in range(w):
-            if left[i] >= 0 and (side < 0 or left[i] < left[side]):
-                side = i
-        for j in range(w):
-            if joined[side, j] and j != side and left[j] >= 0:
-                class_i[m] = side
-                class_j[m] = j
-                m += 1
-                left[j] -= 1
-        if joined[side, side]:
-            class_i[m] = side
-            class_j[m] = side
-            m += 1
-        left[side] = -1
-    return m

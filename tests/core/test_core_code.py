@@ -12,15 +12,8 @@ from numpy.typing import NDArray
 from reference import code as reference
 from reference.halfedge import as_complex, components
 
-from patterndb.core.code import (
-    MAX_QUADS,
-    canonical_code,
-    clockwise_start,
-    decode,
-    is_disk_code,
-    pattern_id,
-    rooted_code,
-)
+from patterndb._native.core.code import clockwise_start, is_disk_code, rooted_code
+from patterndb.core.code import MAX_QUADS, canonical_code, decode, pattern_id
 from patterndb.core.disk import Disk
 from patterndb.core.packing import pack
 from patterndb.core.pattern import Pattern

@@ -10,9 +10,9 @@ from meshes import CUP, SHAPES, Quads, disks, quad_soups, star
 from reference import code as reference_code
 from reference import label as reference
 
+from patterndb._native.core.halfedge import next_border_edge
 from patterndb.core import description as d
 from patterndb.core.code import canonical_code, decode
-from patterndb.core.halfedge import next_border_edge
 from patterndb.core.label import join_matrices, split_word
 from patterndb.core.pattern import Pattern
 from patterndb.core.polychord import polychords

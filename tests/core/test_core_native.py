@@ -11,10 +11,10 @@ from types import ModuleType
 
 import numpy as np
 import pytest
-from patterndb._native.core.halfedge import fans
 
 import patterndb
 from patterndb import _native
+from patterndb._native.core.halfedge import fans
 
 STUBS = Path(patterndb.__file__).parent / "_native"
 
@@ -68,4 +68,4 @@ def test_modules_can_be_imported_from() -> None:
 def test_an_index_out_of_bounds_is_an_error() -> None:
     # A twin that no quad mesh has: PanicException would pass by "except Exception".
     with pytest.raises(RuntimeError, match=r"internal error in the compiled core, at .*\.rs:\d+"):
-        fans(np.array([4, 400, 4000, 40000], np.int32), *make_fan_buffers())
+        fans(np.array([4, 400, 4000, 40000], np.int32))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from meshes import BOOK, BOW, CLASP, CUBE, PILLOW, SHAPES, Quads, beside, grid, quad_soups, wrapped
 from reference import halfedge
 
-from patterndb.core.halfedge import next_border_edge
+from patterndb._native.core.halfedge import next_border_edge
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidMeshError

@@ -21,12 +21,13 @@ from reference import reduction
 from reference.code import isomorphic, rooted_code
 from reference.halfedge import twins
 
+from patterndb._native.query.expand import expand_quads
 from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from patterndb.errors import InvalidMeshError
 from query import Boundary, Fill, fills
 from query.boundary import CornerKind
-from query.expand import expand_pattern, expand_quads
+from query.expand import expand_pattern
 from query.families.family import load_family
 from query.orientation import list_distinct_orientations
 from query.recognise import as_fill

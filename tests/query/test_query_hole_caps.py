@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from shared import CHECKOUT
 
 from ingest.formats import read_mesh
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.surface import Surface
@@ -27,7 +28,6 @@ from query.holes.caps import RimPlane, find_cap, list_cap_quads
 from query.holes.laying import HoleGround
 from query.holes.surroundings import look_around
 from query.holes.symmetry import MOST_MIRRORS, find_mirrors
-from query.identity import weld_quads
 
 HEAD = CHECKOUT / "docs" / "meshes" / "head.obj"
 

@@ -8,12 +8,13 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.pattern import Pattern
 from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.models import shipped_models
 from query.holes.patterns import KEPT, REACH, SHARE, HolePatterns, Lie
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 
 
 def some_patterns(rows: list[int]) -> HolePatterns:

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query.holes.regular import (
     MOST_EDGES,
@@ -20,7 +21,6 @@ from query.holes.regular import (
     list_closed_walks,
     list_rectangles,
 )
-from query.identity import weld_quads
 
 STEPS = np.array([(1, 0), (0, 1), (-1, 0), (0, -1)])
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from query.engine import PatternSource
@@ -20,7 +21,7 @@ from query.holes.regular import build_regular_fill
 from query.holes.rings import WITHIN, lay_ring, pave_loop
 from query.holes.surroundings import look_around
 from query.holes.symmetry import ASYMMETRIC, count_followed, find_mirrors, lose_by_mirrors
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 
 
 def number_loop_first(faces: list[list[int]], loop: list[int]) -> tuple[Int32Array, int]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from shared import CHECKOUT
 
 from ingest.formats import read_mesh
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.surface import Surface
@@ -43,7 +44,7 @@ from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirr
 from query.holes.symmetry import count_followed, find_mirrors, follow_mirrors
 from query.holes.trees import TreeModel
 from query.holes.twin import find_rest, prepare_twins
-from query.identity import hash_quads, weld_quads
+from query.identity import hash_quads
 from query.placing import measure_flow_distance
 
 HEAD = CHECKOUT / "examples" / "head.obj"

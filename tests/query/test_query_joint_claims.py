@@ -13,17 +13,11 @@ from query_cases import small_class
 from test_query_feasibility import boundaries
 from test_query_sieve import base_of, draw_joins
 
+from patterndb._native.query.solving.jointclaims import is_refused, sum_needs
 from patterndb.core.halfedge import Int32Array
 from query.listing.filters import Filters
 from query.solving import feasibility
-from query.solving.jointclaims import (
-    MOST_CLAIMS,
-    MOST_SIDES,
-    SUMS,
-    TABLES,
-    is_refused,
-    sum_needs,
-)
+from query.solving.jointclaims import MOST_CLAIMS, MOST_SIDES, SUMS, TABLES
 from query.solving.systems import Systems, make_systems
 
 

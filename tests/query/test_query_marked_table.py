@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from marked_cases import irregular, own_cache
 
-from patterndb.core.code import rooted_code
+from patterndb._native.core.code import rooted_code
 from patterndb.core.quadmesh import QuadMesh
 from query import Boundary
 from query.errors import InvalidQueryError

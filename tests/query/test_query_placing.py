@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from placing_cases import CONVEX, convex_outline, grid, polygon, widened
 
+from patterndb._native.query.placing.untangle import compute_energy
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.quadshape import flipped, plane_normal
 from query import Fill
 from query.placing import lay_flat, place, quality
 from query.placing.laplace import solve_centred
-from query.placing.untangle import compute_energy
 
 CASES = st.tuples(st.sampled_from(range(len(CONVEX))), st.integers(0, 2**32))
 

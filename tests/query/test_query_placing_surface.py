@@ -10,10 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from placing_cases import CONVEX, grid, parallel, polygon, sphere, widened
 
+from patterndb._native.geometry.casting import first_along
+from patterndb._native.geometry.proximity import nearest
+from patterndb._native.geometry.tree import build
 from patterndb.errors import InvalidBoundaryError, InvalidMeshError
-from patterndb.geometry.casting import first_along
-from patterndb.geometry.proximity import nearest
-from patterndb.geometry.tree import build
 from query.placing import Surface, enclose_region, place
 
 SPHERE = sphere()

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from placing_cases import grid
 
+from patterndb._native.query.placing.untangle import count_flipped_corners, find_pieces
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
@@ -19,7 +20,7 @@ from patterndb.geometry.quadshape import flipped
 from query import Fill
 from query.placing import Surface, enclose_region, place, placement
 from query.placing.projection import find_normals, lay_on_disk, settle_whole
-from query.placing.untangle import count_flipped_corners, find_pieces, untangle
+from query.placing.untangle import untangle
 
 Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 

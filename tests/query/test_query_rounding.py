@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from query_cases import brute_force
 
+from patterndb._native.query.solving.matching import is_matchable, is_soluble
 from patterndb.core.halfedge import Int32Array
 from query.solving import cpsat, solve
 from query.solving.halves import COPY_BY, QUEUE
-from query.solving.matching import is_matchable, is_soluble
 from query.solving.systems import Chords, make_systems
 
 Edges = list[tuple[int, int]]

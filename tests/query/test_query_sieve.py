@@ -13,19 +13,17 @@ from numpy.typing import NDArray
 from query_cases import brute_force, small_class
 from test_query_feasibility import boundaries
 
-from patterndb.core.halfedge import Int32Array
-from query.listing.filters import Filters
-from query.solving import feasibility
-from query.solving.sieve import (
-    LANES,
+from patterndb._native.query.solving.sieve import (
     compare_pairs,
     drop_lane,
     has_lane,
-    mark_lanes,
-    pack_lengths,
     sift_system,
     state_claims,
 )
+from patterndb.core.halfedge import Int32Array
+from query.listing.filters import Filters
+from query.solving import feasibility
+from query.solving.sieve import LANES, mark_lanes, pack_lengths
 from query.solving.systems import LONGEST_BASE, MOST_SURPLUS, Chords, Systems, make_systems
 
 Joins = NDArray[np.uint8]

@@ -11,10 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from query_cases import Widths, brute_force, random_system
 
+from patterndb._native.query.solving.evenness import even_cost
+from patterndb._native.query.solving.matching import count_splits
 from query.errors import InvalidQueryError
 from query.solving import cpsat, solve
-from query.solving.evenness import even_cost
-from query.solving.matching import MANY, count_splits
+from query.solving.matching import MANY
 from query.solving.solve import Solutions
 from query.solving.systems import Chords
 

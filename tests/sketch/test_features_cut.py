@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from ortools.graph.python.max_flow import SimpleMaxFlow
 
+from patterndb._native.features.fishbone.cut import cheapest
 from patterndb.geometry.points import Floats
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import cut
-from patterndb_sketch.features.fishbone.cut import _cheapest, hold_rows
+from patterndb_sketch.features.fishbone.cut import hold_rows
 
 #: Stands for an infinite capacity.
 BIG = 1 << 40
@@ -103,7 +104,7 @@ def test_the_envelope_by_two_passes_is_the_one_of_all_steps() -> None:
     rng = np.random.default_rng(3)
     for _ in range(30):
         costs, cross = rng.random((40, 60)), rng.random(39) * 0.1
-        rows, cost = _cheapest(costs, cross)
+        rows, cost = cheapest(costs, cross)
         assert cost == pytest.approx(slow(costs, cross), abs=1e-12)
         assert cost == pytest.approx(priced(costs, cross, rows), abs=1e-12)
 

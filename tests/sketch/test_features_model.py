@@ -14,15 +14,9 @@ from model_cases import soup, sphere, sphere_model, to_model, together
 from shared import MESHES, SHARED
 
 from ingest.formats import read_mesh
+from patterndb._native.geometry.triangulation import write_once
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.triangulation import (
-    MOST_EXACT,
-    SHORTER,
-    _write_once,
-    cut_faces,
-    triangulate_faces,
-    weld,
-)
+from patterndb.geometry.triangulation import MOST_EXACT, SHORTER, cut_faces, triangulate_faces, weld
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 
@@ -268,7 +262,7 @@ class TestTriangulating:
     def test_the_way_to_write_a_face_is_the_first_of_all(self, face: list[int]) -> None:
         n = len(face)
         ways = [np.roll(one, k).tolist() for one in (face, face[::-1]) for k in range(n)]
-        assert _write_once(np.array(face, np.int32)).tolist() == min(ways)
+        assert write_once(np.array(face, np.int32)).tolist() == min(ways)
 
 
 def pairs_of(face: list[int]) -> list[tuple[int, int]]:

@@ -8,10 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from patterndb.geometry.points import Bools
-from patterndb_sketch.features.ribs.raster import (
-    MARGIN,
-    MAY_GO,
+from patterndb._native.features.ribs.raster import (
     close_gaps,
     dilate,
     erode,
@@ -19,7 +16,9 @@ from patterndb_sketch.features.ribs.raster import (
     read_ring,
     render_edges,
 )
-from patterndb_sketch.features.ribs.rib import count_rounds
+from patterndb._native.features.ribs.rib import count_rounds
+from patterndb.geometry.points import Bools
+from patterndb_sketch.features.ribs.raster import MARGIN, MAY_GO
 
 SQUARE = np.ones((3, 3), bool)
 

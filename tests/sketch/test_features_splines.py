@@ -13,14 +13,10 @@ from scipy.interpolate import make_interp_spline
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
+from patterndb._native.features.splines.knots import count_determined
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.splines import Spline, chordal_parameters, fit_spline
-from patterndb_sketch.features.splines.knots import (
-    SAME,
-    average_knots,
-    count_determined,
-    find_distinct,
-)
+from patterndb_sketch.features.splines.knots import SAME, average_knots, find_distinct
 
 
 def function(i: int, p: int, knots: np.ndarray, t: float) -> float:

@@ -20,6 +20,7 @@ from retopo_cases import (
     square,
 )
 
+from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import clean_stroke
@@ -35,7 +36,7 @@ from patterndb_sketch.retopo.network import (
     set_choice,
     set_count,
 )
-from patterndb_sketch.retopo.network.attaching import TOO_CLOSE, find_departure, measure_turn
+from patterndb_sketch.retopo.network.attaching import TOO_CLOSE
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.pull import find_held, pull_held, release_held
 from patterndb_sketch.retopo.tools.stroke import insert_stroke

@@ -14,6 +14,7 @@ from retopo_cases import SIZES, drawn, even, flat, plane
 from retopo_cases import up as plane_up
 from scipy.spatial.transform import Rotation
 
+from patterndb._native.retopo.tools.salience import sum_dots
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
@@ -26,7 +27,7 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.align import align_chain, align_nearest, align_node, move_snake
-from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sum_dots
+from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 #: Of the edges of the cube.
@@ -227,7 +228,7 @@ def test_sums_over_cells_are_those_over_all_dots(seed: int) -> None:
     expected = np.empty((20, 4, 6))
     expected[:, 0] = weight @ salience.tensors
     expected[:, 1:] = np.einsum("nd,ndc,dk->nck", weight, ways, salience.tensors)
-    found = _sum_dots(
+    found = sum_dots(
         at,
         up,
         salience.points,

@@ -13,7 +13,7 @@ from networks import cube, torus
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
-from patterndb.geometry.leastarea import triangulate_cheapest
+from patterndb._native.geometry.leastarea import triangulate_cheapest
 from patterndb_sketch.surfacing.cycles import bounding, choosing, closing, find_cycles, packing
 from patterndb_sketch.surfacing.cycles.bounding import bound_choices
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.spatial import KDTree
 
+from patterndb._native.surfacing.joining.meetings import find_nearest_of_edges, measure_deviation
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.surfacing.joining import meetings
@@ -21,7 +22,6 @@ from patterndb_sketch.surfacing.joining.junctions import (
     join_polylines,
     network_of_polylines,
 )
-from patterndb_sketch.surfacing.joining.meetings import find_nearest_of_edges, measure_deviation
 from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError, measure_turning
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -11,7 +11,7 @@ from networkfile_cases import bezier, document, parsed
 from scipy.interpolate import BSpline
 from shared import SHARED
 
-from patterndb_sketch.surfacing.joining.meetings import measure_deviation
+from patterndb._native.surfacing.joining.meetings import measure_deviation
 from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_turning
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
 

@@ -14,9 +14,9 @@ from networkfile_cases import bezier, change, document, drawing, parsed, square_
 from scipy.spatial import KDTree
 from shared import SHARED
 
+from patterndb._native.surfacing.joining.meetings import measure_deviation
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from patterndb_sketch.surfacing.joining.meetings import measure_deviation
 from patterndb_sketch.surfacing.network import (
     CurveNetwork,
     InvalidNetworkError,

@@ -14,6 +14,8 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 from tessellation_cases import check_disk, turned, wobbly
 
+from patterndb._native.surfacing.tessellation.piece import solve_heights
+from patterndb._native.surfacing.tessellation.planar import is_simple
 from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
@@ -23,17 +25,8 @@ from patterndb_sketch.surfacing.tessellation import (
     minimal_area,
     tessellate,
 )
-from patterndb_sketch.surfacing.tessellation.piece import (
-    find_area_vector,
-    project_piece,
-    solve_heights,
-)
-from patterndb_sketch.surfacing.tessellation.planar import (
-    GRID,
-    fill_polygon,
-    is_simple,
-    triangulate_polygon,
-)
+from patterndb_sketch.surfacing.tessellation.piece import find_area_vector, project_piece
+from patterndb_sketch.surfacing.tessellation.planar import GRID, fill_polygon, triangulate_polygon
 
 
 def outline(corners: list[list[float]], spacing: float) -> Points:

@@ -14,13 +14,14 @@ from hypothesis import strategies as st
 from learnt import change, content
 from meshes import TRIANGLE, disks, grid
 
+from patterndb._native.store.ddqkey import smallest_key
 from patterndb.core.code import canonical_code
 from patterndb.core.pattern import Pattern
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.store import Database, Provenance, ddq, read_table
-from patterndb.store.ddqkey import fewest_digits, smallest_key
+from patterndb.store.ddqkey import fewest_digits
 
 COUNTS = (
     "SELECT id, sum(patches), sum(mirrored_patches), frequency FROM pattern "

@@ -13,17 +13,12 @@ from meshes import CUP, DOUBLET, ONE, TRIANGLE, disks, grid, star
 from reference.code import mirrored
 from reference.halfedge import as_complex, border_loop, fans
 
-from patterndb.core.code import canonical_code, is_disk_code
+from patterndb._native.core.code import is_disk_code
+from patterndb._native.store.ddqkey import smallest_key
+from patterndb.core.code import canonical_code
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidCodeError
-from patterndb.store.ddqkey import (
-    Columns,
-    columns_of,
-    fewest_digits,
-    key_text,
-    patch_of_key,
-    smallest_key,
-)
+from patterndb.store.ddqkey import Columns, columns_of, fewest_digits, key_text, patch_of_key
 
 
 def code_of(quads: list[list[int]]) -> np.ndarray:

@@ -12,6 +12,7 @@ import pytest
 from learnt import change
 
 import patterndb
+from patterndb._native.core.code import code_starts, rooted_code
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError
@@ -127,7 +128,6 @@ def test_a_code_that_is_no_disk_is_told_by_name_when_its_pattern_is_made(full: P
 
 def _begin_elsewhere(pattern: Pattern) -> np.ndarray | None:
     """Another, larger code of the same disk; None where all codes are equal."""
-    from patterndb.core.code import code_starts, rooted_code
 
     twin = pattern.twin()
     q = len(twin) // 4

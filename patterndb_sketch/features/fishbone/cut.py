@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb._native.features.fishbone.cut import cheapest
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points, as_points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
 from patterndb_sketch.features.fishbone.seam import solve_around
@@ -61,8 +61,8 @@ def cut(costs: ArrayLike, cross: ArrayLike, seam: int | None = None) -> RibCut:
     """
     table, between = check_costs(costs, cross, seam)
     if seam is None:
-        return RibCut(*_cheapest(table, between))
-    return RibCut(*solve_around(table, seam, lambda unrolled: _cheapest(unrolled, between)))
+        return RibCut(*cheapest(table, between))
+    return RibCut(*solve_around(table, seam, lambda unrolled: cheapest(unrolled, between)))
 
 
 def check_costs(
@@ -85,34 +85,6 @@ def check_costs(
             f"rib {closed[0]} may be cut nowhere: its samples all cost inf; leave it out"
         )
     return table, between
-
-
-@kernel
-def _cheapest(costs: Floats, cross: Floats) -> tuple[Int64Array, float]:
-    """((m,) rows, cost)."""
-    m, k = costs.shape
-    origin = np.empty((m, k), np.int32)
-    best = costs[0].copy()
-    for i in range(1, m):
-        step = cross[i - 1]
-        source = origin[i]
-        for j in range(k):
-            source[j] = j
-        for j in range(1, k):
-            if best[j - 1] + step < best[j]:
-                best[j] = best[j - 1] + step
-                source[j] = source[j - 1]
-        for j in range(k - 2, -1, -1):
-            if best[j + 1] + step < best[j]:
-                best[j] = best[j + 1] + step
-                source[j] = source[j + 1]
-        for j in range(k):
-            best[j] += costs[i, j]
-    rows = np.empty(m, np.int64)
-    rows[m - 1] = np.argmin(best)
-    for i in range(m - 1, 0, -1):
-        rows[i - 1] = origin[i, rows[i]]
-    return rows, best[rows[m - 1]]
 
 
 def find_held_rows(fishbone: Fishbone, constraints: Sequence[Constraint]) -> NDArray[np.int64]:

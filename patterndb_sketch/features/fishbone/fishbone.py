@@ -11,9 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int64Array
+from patterndb._native.features.fishbone.fishbone import carry_backbone
 from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 #: A rib is of another sheet if its nearest sample is so many times as far from the backbone
@@ -202,7 +201,7 @@ def synchronise(fishbone: Fishbone, start: int | None = None, *, closed: bool = 
     starts = (start,) if start is not None else tuple(m * k // 8 for k in (4, 3, 5, 2, 6, 1, 7))
     rows, kept = fishbone.backbone, np.zeros(m, np.bool_)
     for begin in starts:
-        trial = _carry_backbone(
+        trial = carry_backbone(
             fishbone.points, fishbone.first, fishbone.stop, fishbone.backbone,
             fishbone.origins, begin, STRAYED,
         )  # fmt: skip
@@ -239,44 +238,3 @@ def _find_seam(points: Points, valid: NDArray[np.bool_], backbone: int) -> int |
             return None
     away = np.linalg.norm(points[0] - points[-1, backbone], axis=1)
     return int(np.argmin(np.where(valid[0], away, np.inf))) - backbone
-
-
-@kernel
-def _carry_backbone(
-    points: Points,
-    first: Int64Array,
-    stop: Int64Array,
-    backbone: Int64Array,
-    origins: Points,
-    start: int,
-    strayed: float,
-) -> Int64Array:
-    """(m,) rows of the backbone, each the nearest sample to the one before; -1 if it strays."""
-    m = len(points)
-    rows = np.full(m, -1)
-    rows[start] = backbone[start]
-    mean = 0.0
-    for i in range(1, m):
-        mean += _apart(origins[i], origins[i - 1]) / (m - 1)
-    for way in (1, -1):
-        last = start
-        at = start + way
-        while 0 <= at < m:
-            here = points[last, rows[last]]
-            best = np.inf
-            row = -1
-            for j in range(first[at], stop[at]):
-                away = _apart(points[at, j], here)
-                if away < best:
-                    best = away
-                    row = j
-            if best <= strayed * max(_apart(origins[at], origins[last]), mean):
-                rows[at] = row
-                last = at
-            at += way
-    return rows
-
-
-@kernel
-def _apart(a: Points, b: Points) -> float:
-    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb._native.features.fishbone.terms import bends as _bends
+from patterndb._native.features.fishbone.terms import ways as _ways
 from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
 
@@ -33,9 +33,6 @@ ASTRAY = 0.4
 #: It costs no more than this share of it, however far off: a stroke was drawn along the only crease
 #: within reach.
 FARTHEST = 0.8
-
-#: Unit vectors that differ by less are one, but for rounding.
-SAME_WAY = 1e-9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -195,75 +192,3 @@ def scale_term(values: Floats, valid: NDArray[np.bool_], floor: float) -> Floats
     reach = _reach(values, valid)
     scaled = np.clip(values / reach, 0.0, 1.0) if reach > floor else np.zeros_like(values)
     return np.where(valid, scaled, np.inf)
-
-
-@kernel
-def _bends(
-    points: Points,
-    first: NDArray[np.int64],
-    stop: NDArray[np.int64],
-    spacing: Floats,
-    window: float,
-) -> Floats:
-    m, k = points.shape[:2]
-    result = np.zeros((m, k))
-    for i in range(m):
-        # Ribs of hardly any length, too, bend by what they turn over the whole window.
-        step = max(spacing[i], 1e-9 * window)
-        for j in range(first[i] + 1, stop[i] - 1):
-            room = min(j - first[i], stop[i] - 1 - j)
-            total = 0.0
-            length = 0.0
-            for scale in SCALES:
-                # A window between two whole numbers of samples is a mixture of both: a circle's
-                # curvature is exact for either.
-                steps = max(scale * window / step, 1.0)
-                fewer = int(steps)
-                share = steps - fewer
-                low = _turn(points[i], j, min(fewer, room)) / min(fewer, room)
-                high = _turn(points[i], j, min(fewer + 1, room)) / min(fewer + 1, room)
-                total += ((1.0 - share) * low + share * high) * min(steps, room)
-                length += steps
-            result[i, j] = total / (length * step)
-    return result
-
-
-@kernel
-def _ways(
-    points: Points,
-    first: NDArray[np.int64],
-    stop: NDArray[np.int64],
-    spacing: Floats,
-    window: float,
-) -> Points:
-    """(m, k, 3) unit vectors from the chord to a sample to that from it, 0 where they are one."""
-    m, k = points.shape[:2]
-    result = np.zeros((m, k, 3))
-    for i in range(m):
-        step = max(spacing[i], 1e-9 * window)
-        steps = max(round(window / step), 1)
-        for j in range(first[i] + 1, stop[i] - 1):
-            reach = min(steps, j - first[i], stop[i] - 1 - j)
-            before = points[i, j] - points[i, j - reach]
-            after = points[i, j + reach] - points[i, j]
-            lengths = math.sqrt((before * before).sum()), math.sqrt((after * after).sum())
-            if lengths[0] > 0.0 and lengths[1] > 0.0:
-                way = after / lengths[1] - before / lengths[0]
-                size = math.sqrt((way * way).sum())
-                if size > SAME_WAY:
-                    result[i, j] = way / size
-    return result
-
-
-@kernel
-def _turn(rib: Points, j: int, reach: int) -> float:
-    """The angle between the chords to and from sample j, ``reach`` samples long."""
-    along = 0.0
-    across = 0.0
-    for c in range(3):
-        d = (c + 1) % 3
-        along += (rib[j, c] - rib[j - reach, c]) * (rib[j + reach, c] - rib[j, c])
-        turn = (rib[j, c] - rib[j - reach, c]) * (rib[j + reach, d] - rib[j, d])
-        turn -= (rib[j, d] - rib[j - reach, d]) * (rib[j + reach, c] - rib[j, c])
-        across += turn * turn
-    return math.atan2(math.sqrt(across), along)

@@ -9,9 +9,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb._native.features.fishbone.tracking import track
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.cut import RibCut, check_costs
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
@@ -63,11 +63,11 @@ def track_crease(
         raise InvalidFeatureError(f"the price of another crease is {change}; give 0 or more")
     ways = np.ascontiguousarray(bends, np.float64)
     if seam is None:
-        return RibCut(*_track(table, between, ways, change, reach, LEAP))
+        return RibCut(*track(table, between, ways, change, reach, LEAP))
     around = unroll_table(ways, seam, 0.0)
     return RibCut(
         *solve_around(
-            table, seam, lambda unrolled: _track(unrolled, between, around, change, reach, LEAP)
+            table, seam, lambda unrolled: track(unrolled, between, around, change, reach, LEAP)
         )
     )
 
@@ -80,57 +80,3 @@ def find_reach(fishbone: Fishbone) -> Int64Array:
     # Ribs of no length have all their samples within reach.
     wanted = np.ceil(SLOPE * fishbone.gaps / np.where(step > 0.0, step, np.nan))
     return np.nan_to_num(np.minimum(wanted, rows), nan=rows).astype(np.int64)
-
-
-@kernel
-def _track(
-    costs: Floats, cross: Floats, bends: Points, change: float, reach: Int64Array, leap: float
-) -> tuple[Int64Array, float]:
-    """((m,) rows, cost)."""
-    m, k = costs.shape
-    origin = np.empty((m, k), np.int32)
-    best = costs[0].copy()
-    after = np.empty(k)
-    for i in range(1, m):
-        step = cross[i - 1]
-        source = origin[i]
-        for j in range(k):
-            after[j] = best[j] + change * _size(bends[i - 1, j])
-            source[j] = j
-        for j in range(1, k):
-            if after[j - 1] + leap * step < after[j]:
-                after[j] = after[j - 1] + leap * step
-                source[j] = source[j - 1]
-        for j in range(k - 2, -1, -1):
-            if after[j + 1] + leap * step < after[j]:
-                after[j] = after[j + 1] + leap * step
-                source[j] = source[j + 1]
-        for j in range(k):
-            if costs[i, j] == np.inf:
-                after[j] = np.inf
-                continue
-            after[j] += change * _size(bends[i, j])
-            for other in range(max(j - reach[i - 1], 0), min(j + reach[i - 1] + 1, k)):
-                through = best[other] + step * abs(other - j)
-                if through < after[j]:
-                    through += change * _difference(bends[i, j], bends[i - 1, other])
-                    if through < after[j]:
-                        after[j] = through
-                        source[j] = other
-        for j in range(k):
-            best[j] = after[j] + costs[i, j]
-    rows = np.empty(m, np.int64)
-    rows[m - 1] = np.argmin(best)
-    for i in range(m - 1, 0, -1):
-        rows[i - 1] = origin[i, rows[i]]
-    return rows, best[rows[m - 1]]
-
-
-@kernel
-def _size(v: Floats) -> float:
-    return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-
-
-@kernel
-def _difference(v: Floats, w: Floats) -> float:
-    return math.sqrt((v[0] - w[0]) ** 2 + (v[1] - w[1]) ** 2 + (v[2] - w[2]) ** 2)

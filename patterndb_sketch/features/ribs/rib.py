@@ -14,35 +14,15 @@ from itertools import pairwise, starmap
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Index, Int32Array
-from patterndb.geometry.points import Bools, Points, as_points
-from patterndb.system.kernels import kernel
+from patterndb._native.features.ribs.polygon import sample_polygon
+from patterndb._native.features.ribs.rib import measure_off_backbone, slice_segments, trace_outline
+from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.ribs.crossings import find_foot, find_nearest_segment
-from patterndb_sketch.features.ribs.polygon import (
-    collect_points,
-    cut_loops,
-    sample_polygon,
-    thin_points,
-)
-from patterndb_sketch.features.ribs.raster import (
-    MARGIN,
-    close_gaps,
-    find_outer_contour,
-    find_passing_pixel,
-)
-from patterndb_sketch.features.ribs.repair import TOUCH, mend_segments
-from patterndb_sketch.features.ribs.slicing import STITCH, cut_edges, find_plane, join_edges
-from patterndb_sketch.features.ribs.walking import (
-    AROUND,
-    RIM_MET,
-    choose_segment,
-    draw_segments,
-    fit_picture,
-    walk_contour,
-)
+from patterndb_sketch.features.ribs.raster import MARGIN
+from patterndb_sketch.features.ribs.slicing import STITCH, find_plane
+from patterndb_sketch.features.ribs.walking import RIM_MET
 
 #: Arc length to either side of the backbone, as a share of the radius, over which the side of a
 #: surface is taken.
@@ -226,143 +206,6 @@ def _build_rib(
         reaches,
         note,
     )
-
-
-@kernel
-def slice_segments(
-    corners: Points,
-    triangles: Int32Array,
-    components: Int32Array,
-    boxes: Points,
-    nodes: Int32Array,
-    order: Int32Array,
-    origin: Points,
-    axes: Points,
-    radius: float,
-    tolerance: float,
-) -> tuple[Points, Int32Array, Bools, Bools, float, Points, int, bool]:
-    """The segments that belong to the one nearest to the origin: points, offsets, closed and rims
-    as of Segments, without overhangs where segments cross, and joined where ends face each other.
-
-    Then the widest gap to be closed, -1 if the nearest segment is alone and has none; (2, 2) the
-    foot of the origin and the unit normal of the nearest segment there; its number; and whether
-    any was shortened or joined.
-    """
-    ends, keys, _ = cut_edges(
-        corners, triangles, components, boxes, nodes, order, origin, axes, radius
-    )
-    points, offsets, closed, rims = join_edges(ends, keys, tolerance)
-    about = np.zeros((2, 2))
-    if not len(closed):
-        return points, offsets, closed, rims, -1.0, about, -1, False
-    points, offsets, closed, rims, gap, is_mended = mend_segments(
-        points, offsets, closed, rims, radius, tolerance
-    )
-    nearest, edge, share, _ = find_nearest_segment(points, offsets)
-    for c in range(2):
-        about[0, c] = points[edge, c] + share * (points[edge + 1, c] - points[edge, c])
-    about[1, 0], about[1, 1] = find_chord_normal(
-        points, offsets[nearest], offsets[nearest + 1], edge, share, WINDOW * radius
-    )
-    return points, offsets, closed, rims, gap, about, nearest, is_mended
-
-
-@kernel
-def find_chord_normal(
-    points: Points, low: Index, high: Index, edge: int, share: float, reach: float
-) -> tuple[float, float]:
-    """The right normal of the polyline ``low:high`` about a place on an edge: of the chord from
-    ``reach`` before to ``reach`` behind, or of the edge if that has no length."""
-    x = points[edge, 0] + share * (points[edge + 1, 0] - points[edge, 0])
-    y = points[edge, 1] + share * (points[edge + 1, 1] - points[edge, 1])
-    ends = np.empty((2, 2))
-    for side in range(2):
-        at_x, at_y = x, y
-        k = edge if side == 0 else edge + 1
-        step = -1 if side == 0 else 1
-        left = reach
-        while low <= k < high and left > 0.0:
-            size = math.hypot(points[k, 0] - at_x, points[k, 1] - at_y)
-            part = 1.0 if size <= left else left / size
-            at_x += part * (points[k, 0] - at_x)
-            at_y += part * (points[k, 1] - at_y)
-            left -= size
-            k += step
-        ends[side, 0], ends[side, 1] = at_x, at_y
-    dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
-    size = math.hypot(dx, dy)
-    if size <= 1e-6 * reach:
-        dx, dy = points[edge + 1, 0] - points[edge, 0], points[edge + 1, 1] - points[edge, 1]
-        size = math.hypot(dx, dy)
-    return dy / size, -dx / size
-
-
-@kernel
-def count_rounds(gap: float, scale: float) -> int:
-    """How many dilations close a gap: the paper's one, or as many as the gap needs, so long as
-    they stay within the margin. Two pixels meet after k if they are 2 k + 1 apart, and the pixels
-    of two places are apart by less than one more than those."""
-    needed = math.ceil(0.5 * gap * scale)
-    return min(max(needed, 1), MARGIN - 1)
-
-
-@kernel
-def trace_outline(
-    points: Points,
-    offsets: Int32Array,
-    closed: Bools,
-    rims: Bools,
-    about: Points,
-    outward: float,
-    radius: float,
-    rounds: int,
-    gap: float,
-    tolerance: float,
-) -> tuple[Points, bool, int, tuple[int, int]]:
-    """The outer contour through the foot by way of a picture, the outside on its right.
-
-    points to about: as of slice_segments(). outward: +1 or -1, the sign that makes the normal there
-    point out. rounds: of dilation and erosion; below 1 they follow from the gap.
-
-    (p, 2) the polygon, is it closed, how many rounds, and how both ends came about.
-    """
-    scale, low_x, low_y, rows, columns = fit_picture(points, radius)
-    pixels = np.empty_like(points)
-    for k in range(len(points)):
-        pixels[k, 0] = (points[k, 0] - low_x) * scale
-        pixels[k, 1] = (points[k, 1] - low_y) * scale
-    k = rounds if rounds > 0 else count_rounds(gap, scale)
-    first, known = draw_segments(pixels, offsets, closed, rims, rows, columns)
-    picture = close_gaps(first, k)
-    x, y = (about[0, 0] - low_x) * scale, (about[0, 1] - low_y) * scale
-    border = find_outer_contour(picture, x, y)
-    start = find_passing_pixel(border, first, x, y, outward * about[1, 0], outward * about[1, 1])
-    if start < 0:
-        return points[:0].copy(), False, k, (0, 0)
-    s, t = choose_segment(known, first, border, start, 1, min(400, len(border)), True)
-    none = (np.empty(0, np.int32), np.empty(0), np.empty(0))
-    one = walk_contour(known, first, border, start, 1, s, t, none)
-    ahead = collect_points(points, known, (one[0], one[1], one[2]), one[3] != AROUND)
-    if one[3] == AROUND:
-        if len(ahead) < 3:
-            return ahead[:0], False, k, (0, 0)
-        ring = thin_points(np.concatenate((ahead, ahead[:1])), tolerance)
-        ring[len(ring) - 1] = ring[0]
-        return cut_loops(ring, True, TOUCH * tolerance), True, k, (one[3], one[3])
-    two = walk_contour(known, first, border, start, -1, s, t, (one[0], one[1], one[2]))
-    behind = collect_points(points, known, (two[0], two[1], two[2]), True)
-    polygon = thin_points(np.concatenate((behind[::-1].copy(), ahead)), tolerance)
-    # Contours run counter-clockwise, background on their right, as polygons do.
-    return cut_loops(polygon, False, TOUCH * tolerance), False, k, (two[3], one[3])
-
-
-@kernel
-def measure_off_backbone(points: Points) -> float:
-    """Distance of the origin from a polygon."""
-    best = np.inf
-    for k in range(len(points) - 1):
-        best = min(best, find_foot(points, k, 0.0, 0.0)[0])
-    return best
 
 
 def find_signs(model: Model, feet: Points, normals: Points, radius: float) -> NDArray[np.float64]:

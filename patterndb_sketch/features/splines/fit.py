@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import lapack, pinvh
 
+from patterndb._native.features.splines.fit import normal_bands, times, transposed
+from patterndb._native.features.splines.knots import count_determined
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, as_points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.splines.closed import (
     average_period,
@@ -35,7 +36,6 @@ from patterndb_sketch.features.splines.knots import (
     as_period,
     average_knots,
     chordal_parameters,
-    count_determined,
     find_distinct,
 )
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED, MAX_DEGREE, Spline
@@ -330,7 +330,7 @@ def solve_constrained(
     first. Refined once: the residual is taken from A, not from N'N, which has half the digits.
     Where a matrix is rank-deficient, least squares and the smallest solution of the whole.
     """
-    bands = _normal_bands(values, first, n)
+    bands = normal_bands(values, first, n)
     exact = np.zeros((len(held), n))
     for k in range(values.shape[1]):
         exact[np.arange(len(held)), first[held] + k] = values[held, k]
@@ -347,8 +347,8 @@ def solve_constrained(
     control = np.zeros((n, wanted.shape[1]))
     multipliers = np.zeros((len(held), wanted.shape[1]))
     for _ in range(2):
-        off = wanted - _times(values, first, control)
-        right = _transposed(values, first, n, off) - exact.T @ multipliers
+        off = wanted - times(values, first, control)
+        right = transposed(values, first, n, off) - exact.T @ multipliers
         free = _lapack.dpbtrs(factor, right, lower=1)[0]
         if schur is not None:
             more = _lapack.dpotrs(schur, exact @ free - off[held], lower=1)[0]
@@ -360,7 +360,7 @@ def solve_constrained(
 
 def measure_distances(values: Floats, first: Int32Array, control: Points, wanted: Points) -> Floats:
     """(m,) of the points that the rows give from wanted (m, 3)."""
-    return np.linalg.norm(_times(values, first, control) - wanted, axis=1)
+    return np.linalg.norm(times(values, first, control) - wanted, axis=1)
 
 
 def _deficient(
@@ -382,40 +382,7 @@ def _deficient(
     inverse = pinvh(system, rtol=CUTOFF)
     result = np.zeros((n + q, wanted.shape[1]))
     for _ in range(2):
-        off = wanted - _times(values, first, result[:n])
-        right = _transposed(values, first, n, off) - exact.T @ result[n:]
+        off = wanted - times(values, first, result[:n])
+        right = transposed(values, first, n, off) - exact.T @ result[n:]
         result += inverse @ np.concatenate([right, off[held]])
     return result[:n]
-
-
-@kernel
-def _normal_bands(values: Floats, first: Int32Array, n: int) -> Floats:
-    """(degree + 1, n) N'N: the diagonal, and the diagonals below it."""
-    bands = np.zeros((values.shape[1], n))
-    for i in range(len(values)):
-        for a in range(values.shape[1]):
-            for b in range(a, values.shape[1]):
-                bands[b - a, first[i] + a] += values[i, a] * values[i, b]
-    return bands
-
-
-@kernel
-def _times(values: Floats, first: Int32Array, control: Points) -> Points:
-    """(m, c) N times (n, c)."""
-    result = np.zeros((len(values), control.shape[1]))
-    for i in range(len(values)):
-        for k in range(values.shape[1]):
-            for c in range(control.shape[1]):
-                result[i, c] += values[i, k] * control[first[i] + k, c]
-    return result
-
-
-@kernel
-def _transposed(values: Floats, first: Int32Array, n: int, points: Points) -> Points:
-    """(n, c) the transpose of N times (m, c)."""
-    result = np.zeros((n, points.shape[1]))
-    for i in range(len(values)):
-        for k in range(values.shape[1]):
-            for c in range(points.shape[1]):
-                result[first[i] + k, c] += values[i, k] * points[i, c]
-    return result

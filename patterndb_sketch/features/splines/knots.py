@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length
-from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 #: Parameters this close are one: samples projected to one edge differ by rounding alone.
@@ -112,34 +111,3 @@ def average_knots(
     sums = np.convolve(sites[1:-1], np.ones(degree), "valid") if len(at) > degree + 1 else []
     inner = np.asarray(sums, np.float64) / degree
     return np.r_[np.zeros(degree + 1), inner, np.ones(degree + 1)]
-
-
-@kernel
-def count_determined(parameters: Floats, knots: Floats, degree: int) -> int:
-    """How many of the ascending parameters (m,) can have control points of their own.
-
-    Parameter t can have control point i if basis function i is positive at t; greedily, each
-    has the first that is free, which gives the most. As many as control points: the samples
-    determine the spline. As many as parameters: values there can be interpolated.
-    """
-    n = len(knots) - degree - 1
-    free = 0
-    count = 0
-    for k in range(len(parameters)):
-        if k and parameters[k] == parameters[k - 1]:
-            continue
-        t = parameters[k]
-        first = t == knots[0]
-        last = t == knots[-1]
-        while free < n and (knots[free + degree + 1] <= t and not last):
-            free += 1
-        if last:
-            # Only the last function is positive at the end.
-            if free < n:
-                free = n
-                count += 1
-            continue
-        if free < n and (knots[free] < t or (first and free == 0)):
-            free += 1
-            count += 1
-    return count

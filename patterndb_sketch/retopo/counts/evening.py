@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from patterndb._native.retopo.counts.evening import tie_sides
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.geometry.points import Bools, Floats
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem
 from patterndb_sketch.retopo.counts.tjoin import UNREACHED, find_cheapest_join, label_components
 
@@ -35,52 +35,7 @@ def label_strips(problem: CountsProblem) -> Int32Array:
     one below what the other needs at least.
     """
     least = np.where(problem.pinned > 0, 1, problem.least).astype(np.int32)
-    return _tie_sides(
-        problem.first_side, problem.first_chain, problem.chains, problem.pinned, least
-    )
-
-
-@kernel
-def _tie_sides(
-    first_side: Int32Array,
-    first_chain: Int32Array,
-    chains: Int32Array,
-    pinned: Int32Array,
-    least: Int32Array,
-) -> Int32Array:
-    strip = np.arange(len(pinned)).astype(np.int32)
-    pin = pinned.copy()
-    low_end = least.copy()
-    for f in range(len(first_side) - 1):
-        low = first_side[f]
-        if first_side[f + 1] - low != 4:
-            continue
-        for k in range(low, low + 2):
-            if first_chain[k + 1] - first_chain[k] != 1:
-                continue
-            if first_chain[k + 3] - first_chain[k + 2] != 1:
-                continue
-            a = chains[first_chain[k]]
-            b = chains[first_chain[k + 2]]
-            while strip[a] != a:
-                strip[a] = strip[strip[a]]
-                a = strip[a]
-            while strip[b] != b:
-                strip[b] = strip[strip[b]]
-                b = strip[b]
-            if pin[a] and pin[b] and pin[a] != pin[b]:
-                continue
-            both = max(pin[a], pin[b])
-            most = max(low_end[a], low_end[b])
-            if both and both < most:
-                continue
-            strip[max(a, b)] = min(a, b)
-            pin[min(a, b)] = both
-            low_end[min(a, b)] = most
-    for c in range(len(strip)):
-        # Names are smaller than the chains they stand for, and done before.
-        strip[c] = strip[strip[c]]
-    return strip
+    return tie_sides(problem.first_side, problem.first_chain, problem.chains, problem.pinned, least)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.retopo.counts.rules import find_irregular, is_cheap
 from patterndb.core.halfedge import Int32Array
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts.problem import CountsProblem
 from query.boundary import MAX_PERIMETER, Boundary
 from query.listing.construction import MOST_SIDES, FamilyLookup
@@ -27,7 +27,7 @@ def find_irregular_patches(problem: CountsProblem, counts: Int32Array) -> NDArra
     """Find the patches without a regular fill: (p,) bool."""
     lengths = problem.side_lengths(counts)
     if problem.cheap is None:
-        return _find_irregular(problem.first_side, lengths)
+        return find_irregular(problem.first_side, lengths)
     first = problem.first_side
     return np.array(
         [
@@ -85,35 +85,3 @@ def find_misjudged_patches(problem: CountsProblem, counts: Int32Array) -> tuple[
         for f in np.flatnonzero(asked).tolist()
         if is_cheap_by_family(tuple(lengths[first[f] : first[f + 1]].tolist()))
     )
-
-
-@kernel
-def _find_irregular(first_side: Int32Array, lengths: Int32Array) -> NDArray[np.bool_]:
-    found = np.empty(len(first_side) - 1, np.bool_)
-    for f in range(len(found)):
-        found[f] = not is_cheap(lengths, first_side[f], first_side[f + 1])
-    return found
-
-
-@kernel
-def is_cheap(lengths: Int32Array, low: int, high: int) -> bool:
-    """:func:`has_cheap_fill` of lengths[low:high]."""
-    n = high - low
-    perimeter = 0
-    for i in range(low, high):
-        perimeter += lengths[i]
-    if perimeter % 2:
-        return False
-    if n == 4:
-        return lengths[low] == lengths[low + 2] and lengths[low + 1] == lengths[low + 3]
-    for i in range(n if n > 2 else 0):
-        here = lengths[low + i]
-        after = lengths[low + (i + 1) % n]
-        if n == 3:
-            if 2 * here > perimeter:
-                return False
-        else:
-            before = lengths[low + (i + n - 1) % n]
-            if 2 * (here + after) > perimeter or before + 2 * here + after > perimeter:
-                return False
-    return True

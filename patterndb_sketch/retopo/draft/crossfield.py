@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from patterndb._native.retopo.draft.crossfield import solve_laplacian
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 
 QUARTER = np.pi / 2.0
@@ -154,73 +154,11 @@ class FieldSolver:
         return np.ascontiguousarray(found.real, np.float64)
 
     def _solve(self, pull: Floats, turned: Complexes, right: Complexes, u: Complexes) -> Complexes:
-        return _solve_laplacian(self.mesh.across, self.weight, turned, pull, right, u)
+        return solve_laplacian(self.mesh.across, self.weight, turned, pull, right, u)
 
-
-#: Residuals are this part of the right side, at most; crosses are right to a ten thousandth then.
-RESIDUAL = 1e-7
 
 #: Steps of the solver at most; fields of 50,000 triangles take some hundreds.
 MOST_STEPS = 4000
-
-
-@kernel
-def _solve_laplacian(
-    across: Int32Array,
-    weight: Floats,
-    turned: Complexes,
-    pull: Floats,
-    right: Complexes,
-    start: Complexes,
-) -> Complexes:
-    """Solve (weights + pull) u - sum of weight * turned * the neighbour's u = right, by conjugate
-    gradients, from a start.
-
-    weight, turned: (3t,) of every side; turned brings the neighbour's value into the triangle.
-    Not by a factorisation: it would ask a BLAS with threads of its own for thousands of tiny
-    blocks, and these take a hundred times as long while other work is on.
-    """
-    n = len(pull)
-    diagonal = pull.copy()
-    for h in range(3 * n):
-        diagonal[h // 3] += weight[h]
-    u = start.copy()
-    r = np.empty(n, np.complex128)
-    p = np.empty(n, np.complex128)
-    q = np.empty(n, np.complex128)
-    size = 0.0
-    rho = 0.0
-    for f in range(n):
-        value = diagonal[f] * u[f]
-        for h in range(3 * f, 3 * f + 3):
-            if across[h] >= 0:
-                value -= weight[h] * turned[h] * u[across[h] // 3]
-        r[f] = right[f] - value
-        p[f] = r[f] / diagonal[f]
-        size += (right[f].real ** 2 + right[f].imag ** 2) / diagonal[f]
-        rho += (r[f].real ** 2 + r[f].imag ** 2) / diagonal[f]
-    for _ in range(MOST_STEPS):
-        if rho <= RESIDUAL * RESIDUAL * size:
-            break
-        along = 0.0
-        for f in range(n):
-            value = diagonal[f] * p[f]
-            for h in range(3 * f, 3 * f + 3):
-                if across[h] >= 0:
-                    value -= weight[h] * turned[h] * p[across[h] // 3]
-            q[f] = value
-            along += p[f].real * value.real + p[f].imag * value.imag
-        step = rho / along
-        before = rho
-        rho = 0.0
-        for f in range(n):
-            u[f] += step * p[f]
-            r[f] -= step * q[f]
-            rho += (r[f].real ** 2 + r[f].imag ** 2) / diagonal[f]
-        ratio = rho / before
-        for f in range(n):
-            p[f] = r[f] / diagonal[f] + ratio * p[f]
-    return u
 
 
 def _normalised(u: Complexes) -> Complexes:

@@ -11,12 +11,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.retopo.draft.tracing import trace_all
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.draft.crossfield import QUARTER, CrossField
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
-from patterndb_sketch.retopo.ground.heap import grown, pop, push
 
 #: How a trace ended: at another line (its number is told), at a border, or where it was cut off.
 AT_LINE, AT_BORDER, CUT_OFF = 0, 1, 2
@@ -203,7 +202,7 @@ def trace_lines(
     longest:  where a trace is cut off. stopping: do traces stop at lines? Else only at borders.
     """
     mesh = field.mesh
-    out = _trace_all(
+    out = trace_all(
         mesh.flat,
         mesh.side_angle,
         mesh.across,
@@ -236,207 +235,3 @@ def trace_lines(
         reach[new][order],
     )
     return TracedLines(segments, ended, length, other, there, left)
-
-
-@kernel
-def _trace_all(
-    flat: Floats,
-    side_angle: Floats,
-    across: Int32Array,
-    angle: Floats,
-    quarters: Int32Array,
-    start_triangle: Int32Array,
-    start_corner: Int32Array,
-    start_place: Floats,
-    start_angle: Floats,
-    start_direction: Int32Array,
-    wall_line: Int32Array,
-    wall_triangle: Int32Array,
-    wall_begin: Floats,
-    wall_end: Floats,
-    wall_along: Floats,
-    wall_reach: Floats,
-    first: int,
-    longest: float,
-    stopping: bool,
-) -> tuple[
-    Int32Array,
-    Int32Array,
-    Floats,
-    Floats,
-    Floats,
-    Floats,
-    Int32Array,
-    Floats,
-    Int32Array,
-    Floats,
-    NDArray[np.bool_],
-]:
-    """:func:`trace_lines` on flat arrays."""
-    n = len(start_triangle)
-    room = len(wall_line) + 64 * n + 1024
-    line = np.empty(room, np.int32)
-    triangle = np.empty(room, np.int32)
-    begin = np.empty((room, 2))
-    end = np.empty((room, 2))
-    along = np.empty(room)
-    reach = np.empty(room)
-    following = np.empty(room, np.int32)
-    head = np.full(len(angle), -1, np.int32)
-    count = 0
-    for w in range(len(wall_line)):
-        line[count], triangle[count] = wall_line[w], wall_triangle[w]
-        begin[count], end[count] = wall_begin[w], wall_end[w]
-        along[count], reach[count] = wall_along[w], wall_reach[w]
-        following[count] = head[wall_triangle[w]]
-        head[wall_triangle[w]] = count
-        count += 1
-    ended = np.full(n, CUT_OFF, np.int32)
-    length = np.zeros(n)
-    other = np.full(n, -1, np.int32)
-    there = np.zeros(n)
-    left = np.zeros(n, np.bool_)
-    at_triangle = start_triangle.copy()
-    at_place = start_place.copy()
-    at_angle = start_angle.copy()
-    at_direction = start_direction.copy()
-    entry = np.full(n, -1, np.int32)
-    steps = np.zeros(n, np.int32)
-    keys = np.empty(n + 16)
-    items = np.empty(n + 16, np.int32)
-    held = 0
-    for i in range(n):
-        held = push(keys, items, held, 0.0, i)
-    while held:
-        i = items[0]
-        held = pop(keys, items, held)
-        f = at_triangle[i]
-        px, py = at_place[i, 0], at_place[i, 1]
-        dx, dy = np.cos(at_angle[i]), np.sin(at_angle[i])
-        # The side by which the trace leaves.
-        far, share, out = np.inf, 0.0, -1
-        for e in range(3):
-            if e == entry[i]:
-                continue
-            if steps[i] == 0 and e != (start_corner[i] + 1) % 3:
-                continue
-            ax, ay = flat[f, e, 0], flat[f, e, 1]
-            wx, wy = flat[f, (e + 1) % 3, 0] - ax, flat[f, (e + 1) % 3, 1] - ay
-            size = dx * wy - dy * wx
-            if size == 0.0:
-                continue
-            t = ((ax - px) * wy - (ay - py) * wx) / size
-            s = ((ax - px) * dy - (ay - py) * dx) / size
-            if t > 0.0 and -1e-6 <= s <= 1.0 + 1e-6 and t < far:
-                far, share, out = t, s, e
-        if out < 0 or steps[i] >= MOST_STEPS:
-            continue
-        share = min(max(share, OFF_ENDS), 1.0 - OFF_ENDS)
-        ax, ay = flat[f, out, 0], flat[f, out, 1]
-        bx, by = flat[f, (out + 1) % 3, 0], flat[f, (out + 1) % 3, 1]
-        qx, qy = ax + share * (bx - ax), ay + share * (by - ay)
-        ux, uy = qx - px, qy - py
-        step = np.sqrt(ux * ux + uy * uy)
-        if step == 0.0:
-            continue
-        cut, found = np.inf, -1
-        if stopping:
-            k = head[f]
-            while k >= 0:
-                mine = line[k] == first + i
-                # What a trace has just left behind itself is not met.
-                skip = mine and length[i] - along[k] < 8.0 * step
-                if not skip:
-                    vx, vy = end[k, 0] - begin[k, 0], end[k, 1] - begin[k, 1]
-                    size = ux * vy - uy * vx
-                    if size != 0.0:
-                        ox, oy = begin[k, 0] - px, begin[k, 1] - py
-                        t = (ox * vy - oy * vx) / size
-                        s = (ox * uy - oy * ux) / size
-                        # Beginnings at one vertex touch there, and do not meet.
-                        least = 1e-6 if steps[i] == 0 else -1e-9
-                        if least <= t <= 1.0 + 1e-9 and -1e-6 <= s <= 1.0 + 1e-6 and t < cut:
-                            cut, found = t, k
-                            there[i] = along[k] + min(max(s, 0.0), 1.0) * reach[k]
-                            left[i] = size > 0.0
-                k = following[k]
-        if found >= 0:
-            cut = max(cut, 0.0)
-            qx, qy = px + cut * ux, py + cut * uy
-            step *= cut
-        if count == room:
-            room *= 2
-            line, triangle, following = _more(line), _more(triangle), _more(following)
-            begin, end = _more_rows(begin), _more_rows(end)
-            along, reach = _more_floats(along), _more_floats(reach)
-        line[count], triangle[count] = first + i, f
-        begin[count, 0], begin[count, 1] = px, py
-        end[count, 0], end[count, 1] = qx, qy
-        along[count], reach[count] = length[i], step
-        following[count] = head[f]
-        head[f] = count
-        count += 1
-        length[i] += step
-        steps[i] += 1
-        if found >= 0:
-            ended[i] = AT_LINE
-            other[i] = line[found]
-            continue
-        h = 3 * f + out
-        if across[h] < 0:
-            ended[i] = AT_BORDER
-            other[i] = h
-            there[i] = share
-            continue
-        if length[i] > longest:
-            continue
-        g, into = across[h] // 3, across[h] % 3
-        at_direction[i] -= quarters[h]
-        turned = angle[g] + at_direction[i] * (np.pi / 2.0)
-        over = (turned - side_angle[g, into]) % (2.0 * np.pi)
-        if not LEAST_ANGLE < over < np.pi - LEAST_ANGLE:
-            flat_on = over < np.pi / 2.0 or over > 1.5 * np.pi
-            turned = side_angle[g, into] + (LEAST_ANGLE if flat_on else np.pi - LEAST_ANGLE)
-        at_triangle[i] = g
-        at_angle[i] = turned
-        entry[i] = into
-        ax, ay = flat[g, into, 0], flat[g, into, 1]
-        bx, by = flat[g, (into + 1) % 3, 0], flat[g, (into + 1) % 3, 1]
-        at_place[i, 0], at_place[i, 1] = bx + share * (ax - bx), by + share * (ay - by)
-        if held == len(keys):
-            keys, items = grown(keys, items)
-        held = push(keys, items, held, length[i], i)
-    return (
-        line[:count],
-        triangle[:count],
-        begin[:count],
-        end[:count],
-        along[:count],
-        reach[:count],
-        ended,
-        length,
-        other,
-        there,
-        left,
-    )
-
-
-@kernel
-def _more(values: Int32Array) -> Int32Array:
-    found = np.empty(2 * len(values), np.int32)
-    found[: len(values)] = values
-    return found
-
-
-@kernel
-def _more_floats(values: Floats) -> Floats:
-    found = np.empty(2 * len(values))
-    found[: len(values)] = values
-    return found
-
-
-@kernel
-def _more_rows(values: Floats) -> Floats:
-    found = np.empty((2 * len(values), 2))
-    found[: len(values)] = values
-    return found

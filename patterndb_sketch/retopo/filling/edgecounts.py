@@ -16,9 +16,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from patterndb._native.retopo.filling.edgecounts import count_bend_edges
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts import (
     FLOW_REGULARITY,
     CountsProblem,
@@ -283,50 +282,3 @@ def count_fewest_edges(chain: Chain, edge: float) -> int:
     bends = count_bend_edges(np.ascontiguousarray(chain.round), chain.loose, steps, edge)
     # A full circle's edges are a whole number but for rounding.
     return max(1, math.ceil(max(bends, in_edges / STRETCH) - 1e-9))
-
-
-@kernel
-def count_bend_edges(line: Points, closed: bool, steps: int, edge: float) -> float:
-    """The integral of sqrt(curvature / (8 SAGITTA edge)) along a polyline (n, 3), in equal steps.
-
-    closed: does the line, whose last point is its first, turn there, too?
-    """
-    length = 0.0
-    for i in range(1, len(line)):
-        length += math.sqrt(_squared(line[i - 1], line[i]))
-    if length == 0.0:
-        return 0.0
-    points = np.empty((steps + 1, 3))
-    points[0] = line[0]
-    points[steps] = line[-1]
-    before, at = 0.0, 0
-    for k in range(1, steps):
-        wanted = length * k / steps
-        while True:
-            here = math.sqrt(_squared(line[at], line[at + 1]))
-            if before + here >= wanted or at + 2 == len(line):
-                break
-            before += here
-            at += 1
-        t = (wanted - before) / here if here > 0.0 else 0.0
-        for c in range(3):
-            points[k, c] = (1.0 - t) * line[at, c] + t * line[at + 1, c]
-    share = length / steps / (8.0 * SAGITTA * edge)
-    total = 0.0
-    for k in range(0 if closed else 1, steps):
-        back = steps - 1 if k == 0 else k - 1
-        along = 0.0
-        for c in range(3):
-            along += (points[back + 1, c] - points[back, c]) * (points[k + 1, c] - points[k, c])
-        size = math.sqrt(
-            _squared(points[back], points[back + 1]) * _squared(points[k], points[k + 1])
-        )
-        if size > 0.0:
-            total += math.sqrt(math.acos(min(max(along / size, -1.0), 1.0)) * share)
-    # The turns of an open line lie at one place fewer than it has steps.
-    return total if closed else total * steps / (steps - 1)
-
-
-@kernel(inline="always")
-def _squared(a: Points, b: Points) -> float:
-    return (a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2

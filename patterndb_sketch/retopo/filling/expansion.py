@@ -8,15 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.code import rooted_code
+from patterndb._native.core.code import rooted_code
+from patterndb._native.query.expand import expand_quads
+from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice
 from query.boundary import Boundary
-from query.expand import expand_quads, list_pattern_edges
-from query.identity import weld_quads
+from query.expand import list_pattern_edges
 from query.recognise import as_fill
 
 

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from patterndb.core.halfedge import Index, Int32Array
-from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
-from patterndb_sketch.retopo.ground.heap import grown, pop, push
-from patterndb_sketch.retopo.ground.shortening import (
+from patterndb._native.retopo.ground.geodesic import search_route
+from patterndb._native.retopo.ground.shortening import (
     cross_gates,
     pull_tight,
     shorten_strip,
     unfold_strip,
 )
+from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground.curves import Trace
+from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.ground.topology import GroundTopology
 
 
@@ -82,7 +79,7 @@ def find_route(
     by straight steps through one triangle, or two laid flat, between the middles of edges. Edges
     of more than two triangles lead to all of them. Empty if there is no way.
     """
-    before, leaves, via = _search_route(
+    before, leaves, via = search_route(
         vertices,
         topology.middles,
         topology.ends,
@@ -109,111 +106,3 @@ def find_route(
     held = np.array(sides[1:], np.int32) // 3
     of = topology.edges.reshape(-1, 3)[held] == topology.edges[out][:, None]
     return out, (3 * held + of.argmax(axis=1)).astype(np.int32)
-
-
-@kernel
-def _apart(points: Points, i: Index, point: Floats) -> float:
-    x, y, z = points[i, 0] - point[0], points[i, 1] - point[1], points[i, 2] - point[2]
-    return math.sqrt(x * x + y * y + z * z)
-
-
-@kernel
-def _across(vertices: Points, a: Index, b: Index, one: Floats, two: Floats) -> float:
-    """How far apart two points are in triangles on both sides of the edge from a to b, laid
-    flat."""
-    length, first, second, p, q = 0.0, 0.0, 0.0, 0.0, 0.0
-    for c in range(3):
-        u = vertices[b, c] - vertices[a, c]
-        x, y = one[c] - vertices[a, c], two[c] - vertices[a, c]
-        length += u * u
-        first += u * x
-        second += u * y
-        p += x * x
-        q += y * y
-    high = math.sqrt(max(p - first * first / length, 0.0))
-    high += math.sqrt(max(q - second * second / length, 0.0))
-    return math.sqrt((second - first) ** 2 / length + high * high)
-
-
-@kernel
-def _search_route(
-    vertices: Points,
-    middles: Points,
-    ends: Int32Array,
-    edges: Int32Array,
-    side_start: Int32Array,
-    sides: Int32Array,
-    first: Index,
-    start: Floats,
-    last: Index,
-    end: Floats,
-) -> tuple[Int32Array, Int32Array, Int32Array]:
-    """A* of :func:`find_route`: for every edge, and the goal behind them, the edge before it, the
-    side that the way leaves its triangle by, and that of the triangle before or -1, if the step
-    leads through two. -1 before an edge that is first, or was not reached."""
-    goal = len(middles)
-    far = np.full(goal + 1, np.inf)
-    done = np.zeros(goal + 1, np.bool_)
-    before = np.full(goal + 1, -1, np.int32)
-    leaves = np.full(goal + 1, -1, np.int32)
-    via = np.full(goal + 1, -1, np.int32)
-    keys = np.empty(1024)
-    items = np.empty(1024, np.int32)
-    n = 0
-    for e in range(3):
-        k = edges[3 * first + e]
-        far[k] = _apart(middles, k, start)
-        leaves[k] = 3 * first + e
-        n = push(keys, items, n, far[k] + _apart(middles, k, end), k)
-    while n:
-        k = items[0]
-        n = pop(keys, items, n)
-        if done[k]:
-            continue
-        done[k] = True
-        if k == goal:
-            break
-        here = middles[k]
-        for s in range(side_start[k], side_start[k + 1]):
-            g = sides[s] // 3
-            if g == leaves[k] // 3:
-                continue
-            if g == last:
-                reached = far[k] + _apart(middles, k, end)
-                if reached < far[goal]:
-                    far[goal], before[goal], leaves[goal], via[goal] = reached, k, sides[s], -1
-                    if n == len(keys):
-                        keys, items = grown(keys, items)
-                    n = push(keys, items, n, reached, goal)
-                continue
-            for e in range(3):
-                out = 3 * g + e
-                m = edges[out]
-                if m == k:
-                    continue
-                if not done[m]:
-                    reached = far[k] + _apart(middles, m, here)
-                    if reached < far[m]:
-                        far[m], before[m], leaves[m], via[m] = reached, k, out, -1
-                        if n == len(keys):
-                            keys, items = grown(keys, items)
-                        n = push(keys, items, n, reached + _apart(middles, m, end), m)
-                for t in range(side_start[m], side_start[m + 1]):
-                    h = sides[t] // 3
-                    if h == g:
-                        continue
-                    if h == last:
-                        continue
-                    for d in range(3):
-                        o = edges[3 * h + d]
-                        if o == m or done[o]:
-                            continue
-                        reached = far[k] + _across(
-                            vertices, ends[m, 0], ends[m, 1], here, middles[o]
-                        )
-                        if reached < far[o]:
-                            far[o], before[o], leaves[o], via[o] = reached, k, 3 * h + d, out
-                            if n == len(keys):
-                                keys, items = grown(keys, items)
-                            n = push(keys, items, n, reached + _apart(middles, o, end), o)
-    return before, leaves, via

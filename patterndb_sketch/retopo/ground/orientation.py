@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.retopo.ground.orientation import walk_parts
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import edge_keys
-from patterndb.system.kernels import kernel
 
 #: If more than this part of a part's area is turned one way, that way is meant, even inward, as
 #: around a hollow; else a closed part is turned outward.
@@ -49,7 +49,7 @@ def orient_triangles(vertices: Points, triangles: Int32Array) -> TurnedTriangles
         return TurnedTriangles(triangles, none, none)
     across = np.full(3 * len(triangles), -1, np.int32)
     across[sides], across[others] = others, sides
-    part, over = _walk_parts(across, corner)
+    part, over = walk_parts(across, corner)
     doubled = np.cross(
         vertices[triangles[:, 1]] - vertices[triangles[:, 0]],
         vertices[triangles[:, 2]] - vertices[triangles[:, 0]],
@@ -83,33 +83,3 @@ def _find_pairs(triangles: Int32Array) -> tuple[NDArray[np.intp], NDArray[np.int
     first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
     two = first[np.diff(np.r_[first, len(key)]) == 2]
     return order[two], order[two + 1]
-
-
-@kernel
-def _walk_parts(across: Int32Array, corner: Int32Array) -> tuple[Int32Array, NDArray[np.bool_]]:
-    """(t,) the part of every triangle, and (t,) is it turned over against its part's first one?"""
-    t = len(across) // 3
-    part = np.full(t, -1, np.int32)
-    over = np.zeros(t, np.bool_)
-    stack = np.empty(t, np.int32)
-    parts = 0
-    for first in range(t):
-        if part[first] >= 0:
-            continue
-        part[first] = parts
-        stack[0] = first
-        n = 1
-        while n:
-            n -= 1
-            f = stack[n]
-            for e in range(3):
-                other = across[3 * f + e]
-                if other < 0 or part[other // 3] >= 0:
-                    continue
-                g = other // 3
-                part[g] = parts
-                over[g] = over[f] ^ (corner[3 * f + e] == corner[other])
-                stack[n] = g
-                n += 1
-        parts += 1
-    return part, over

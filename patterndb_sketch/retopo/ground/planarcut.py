@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Index, Int32Array
+from patterndb._native.retopo.ground.planarcut import find_cut_sides, follow_cut, place_crossing
+from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.curves import Trace
 from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
@@ -54,13 +52,13 @@ def cut_by_plane(
         raise RefusedError(TOUCHES)
     most = np.inf if limit is None else float(limit)
     vertices, triangles, across = ground.vertices, ground.triangles, ground.topology.across
-    out, into = _find_cut_sides(triangles, height, first)
-    ahead, length, closed = _follow_cut(vertices, triangles, across, height, out, most)
+    out, into = find_cut_sides(triangles, height, first)
+    ahead, length, closed = follow_cut(vertices, triangles, across, height, out, most)
     held = np.roll(ahead // 3, -1)
     if not closed and length <= most:
-        ends = [_place_crossing(vertices, triangles, height, side) for side in (into, out)]
+        ends = [place_crossing(vertices, triangles, height, side) for side in (into, out)]
         length += float(np.linalg.norm(ends[1] - ends[0]))
-        back, further, _ = _follow_cut(vertices, triangles, across, height, into, most - length)
+        back, further, _ = follow_cut(vertices, triangles, across, height, into, most - length)
         length += further
         # Every side stands for the triangle that the curve leaves by it; the first triangle's
         # own segment joins both ways.
@@ -70,7 +68,7 @@ def cut_by_plane(
         raise RefusedError(
             f"the cut is longer than its limit, {limit:.4g}; raise the limit, or turn the plane"
         )
-    points = np.array([_place_crossing(vertices, triangles, height, side) for side in ahead])
+    points = np.array([place_crossing(vertices, triangles, height, side) for side in ahead])
     trace = _drop_still_segments(points, held.astype(np.int32), bool(closed))
     if len(trace.triangles) < (3 if closed else 1):
         raise RefusedError(TOUCHES)
@@ -110,75 +108,7 @@ def _find_first_cut(ground: Ground, height: NDArray[np.float64], start: GroundPo
         return -1
     middle = np.zeros((len(mixed), 3))
     for i, f in enumerate(mixed):
-        for side in _find_cut_sides(triangles, height, f):
-            middle[i] += 0.5 * _place_crossing(ground.vertices, triangles, height, side)
+        for side in find_cut_sides(triangles, height, f):
+            middle[i] += 0.5 * place_crossing(ground.vertices, triangles, height, side)
     off = np.linalg.norm(middle - start.points[0], axis=1)
     return int(mixed[np.argmin(off)])
-
-
-@kernel
-def _find_cut_sides(
-    triangles: Int32Array, height: NDArray[np.float64], f: Index
-) -> tuple[int, int]:
-    """The sides by which the cut leaves and enters triangle f, with the normal on its left."""
-    out, into = -1, -1
-    for e in range(3):
-        tail = height[triangles[f, e]] >= 0.0
-        head = height[triangles[f, (e + 1) % 3]] >= 0.0
-        if head and not tail:
-            out = 3 * f + e
-        elif tail and not head:
-            into = 3 * f + e
-    return out, into
-
-
-@kernel
-def _place_crossing(
-    vertices: Points, triangles: Int32Array, height: NDArray[np.float64], side: Index
-) -> NDArray[np.float64]:
-    """(3,) where the plane cuts a side, the same seen from both of its triangles."""
-    f, e = side // 3, side % 3
-    a, b = triangles[f, e], triangles[f, (e + 1) % 3]
-    if a > b:
-        a, b = b, a
-    t = height[a] / (height[a] - height[b])
-    return (1.0 - t) * vertices[a] + t * vertices[b]
-
-
-@kernel
-def _follow_cut(
-    vertices: Points,
-    triangles: Int32Array,
-    across: Int32Array,
-    height: NDArray[np.float64],
-    side: Index,
-    most: float,
-) -> tuple[Int32Array, float, bool]:
-    """(n,) the sides by which the cut leaves one triangle after the other, the first being
-    ``side``; its length from there on, and whether it came back.
-
-    It ends at a border, back at its first triangle, or beyond the length ``most``.
-    """
-    first = side // 3
-    # Each triangle is passed once: it has two sides that are cut.
-    sides = np.empty(len(triangles), np.int32)
-    sides[0] = side
-    n = 1
-    length = 0.0
-    at = _place_crossing(vertices, triangles, height, side)
-    while length <= most:
-        beyond = across[side]
-        if beyond < 0:
-            return sides[:n].copy(), length, False
-        f = beyond // 3
-        out, into = _find_cut_sides(triangles, height, f)
-        # Neighbours may be turned against each other.
-        side = into if beyond == out else out
-        there = _place_crossing(vertices, triangles, height, side)
-        length += math.sqrt(((there - at) ** 2).sum())
-        at = there
-        if f == first:
-            return sides[:n].copy(), length, True
-        sides[n] = side
-        n += 1
-    return sides[:n].copy(), length, False

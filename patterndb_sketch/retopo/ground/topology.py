@@ -9,12 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb._native.retopo.ground.topology import pair_sides
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import edge_keys
-from patterndb.system.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +58,7 @@ class GroundTopology:
         counts = np.bincount(both[:, 0], minlength=len(vertices))
         star_start = np.r_[0, np.cumsum(counts)].astype(np.int32)
         star = np.ascontiguousarray(both[around, 1])
-        across = _pair_sides(np.ascontiguousarray(vertices), triangles, start, sides)
+        across = pair_sides(np.ascontiguousarray(vertices), triangles, start, sides)
         middles = vertices[ends].mean(axis=1)
         return cls(across, edges, ends, middles, start, sides, star_start, star)
 
@@ -67,65 +66,3 @@ class GroundTopology:
     def border(self) -> Int32Array:
         """(b,) int32, the sides with no triangle across."""
         return np.flatnonzero(self.across < 0).astype(np.int32)
-
-
-@kernel
-def _pair_sides(
-    vertices: Points, triangles: Int32Array, start: Int32Array, sides: Int32Array
-) -> Int32Array:
-    """(3t,) :attr:`GroundTopology.across`: of the sides of an edge, the straightest pairs first."""
-    across = np.full(len(sides), -1, np.int32)
-    for k in range(len(start) - 1):
-        n = start[k + 1] - start[k]
-        if n == 2:
-            one, two = sides[start[k]], sides[start[k] + 1]
-            across[one] = two
-            across[two] = one
-        elif n > 2:
-            group = sides[start[k] : start[k + 1]]
-            away = np.empty((n, 3))
-            for i in range(n):
-                _point_away(vertices, triangles, group[i], away[i])
-            free = np.ones(n, np.bool_)
-            for _ in range(n // 2):
-                best = np.inf
-                one, two = -1, -1
-                for i in range(n):
-                    for j in range(i + 1, n):
-                        if not (free[i] and free[j]):
-                            continue
-                        fold = 0.0
-                        for c in range(3):
-                            fold += away[i, c] * away[j, c]
-                        if triangles.ravel()[group[i]] == triangles.ravel()[group[j]]:
-                            # Turned against each other: behind all that are not.
-                            fold += 4.0
-                        if fold < best:
-                            best, one, two = fold, i, j
-                if one >= 0:
-                    free[one] = False
-                    free[two] = False
-                    across[group[one]] = group[two]
-                    across[group[two]] = group[one]
-    return across
-
-
-@kernel
-def _point_away(
-    vertices: Points, triangles: Int32Array, side: int, away: NDArray[np.float64]
-) -> None:
-    """Unit direction (3,) from a side into its triangle, at right angles to it."""
-    f, e = side // 3, side % 3
-    a, b, c = triangles[f, e], triangles[f, (e + 1) % 3], triangles[f, (e + 2) % 3]
-    along = 0.0
-    size = 0.0
-    for k in range(3):
-        along += (vertices[c, k] - vertices[a, k]) * (vertices[b, k] - vertices[a, k])
-        size += (vertices[b, k] - vertices[a, k]) ** 2
-    height = 0.0
-    for k in range(3):
-        away[k] = vertices[c, k] - vertices[a, k] - along / size * (vertices[b, k] - vertices[a, k])
-        height += away[k] ** 2
-    if height > 0.0:
-        for k in range(3):
-            away[k] /= np.sqrt(height)

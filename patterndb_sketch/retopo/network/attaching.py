@@ -16,8 +16,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.faces import (
     count_genus,
@@ -39,49 +39,6 @@ TOWARDS = np.array([0.5377, 0.7243, 0.4318])
 
 #: How often, each time twice as far out.
 FURTHER = 5
-
-
-@kernel
-def find_departure(points: Points, backwards: bool, reach: float) -> NDArray[np.float64]:
-    """(3,) from the first (or last) point of a polyline (n, 3) to the place at this arc length
-    along it, or to its other end if that is nearer."""
-    n = len(points)
-    at = n - 1 if backwards else 0
-    step = -1 if backwards else 1
-    result = np.zeros(3)
-    left = reach
-    for _ in range(n - 1):
-        length = 0.0
-        for c in range(3):
-            length += (points[at + step, c] - points[at, c]) ** 2
-        length = math.sqrt(length)
-        share = 1.0
-        if length > left:
-            share = left / length
-        for c in range(3):
-            result[c] += share * (points[at + step, c] - points[at, c])
-        if length >= left:
-            break
-        left -= length
-        at += step
-    return result
-
-
-@kernel
-def measure_turn(
-    normal: NDArray[np.float64], one: NDArray[np.float64], two: NDArray[np.float64]
-) -> float:
-    """Angle from direction one to direction two (3,), counter-clockwise about the unit normal, in
-    its tangent plane: 0 to 2 pi."""
-    up_one = one[0] * normal[0] + one[1] * normal[1] + one[2] * normal[2]
-    up_two = two[0] * normal[0] + two[1] * normal[1] + two[2] * normal[2]
-    x = one[1] * two[2] - one[2] * two[1]
-    y = one[2] * two[0] - one[0] * two[2]
-    z = one[0] * two[1] - one[1] * two[0]
-    sine = x * normal[0] + y * normal[1] + z * normal[2]
-    cosine = one[0] * two[0] + one[1] * two[1] + one[2] * two[2] - up_one * up_two
-    angle = math.atan2(sine, cosine)
-    return angle if angle >= 0.0 else angle + 2.0 * math.pi
 
 
 def find_wedge(

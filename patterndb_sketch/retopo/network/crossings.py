@@ -18,7 +18,6 @@ that along which they are nearest to the curve.
 from __future__ import annotations
 
 import heapq
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -26,9 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from patterndb.core.halfedge import Index, Int32Array
+from patterndb._native.retopo.network.crossings import cross_chains, cross_itself
+from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network.attaching import ASIDE, TOWARDS
 from patterndb_sketch.retopo.network.faces import find_joined_chains, list_face
 from patterndb_sketch.retopo.network.samples import Samples
@@ -73,7 +72,7 @@ def find_crossings(points: Points, normals: Points, closed: bool, of: Samples) -
     """
     line, up = _close_line(points, closed), _close_line(normals, closed)
     aside = line + ASIDE * _mean_step(line) * TOWARDS
-    found = _cross_chains(aside, up, of.points, of.normals, of.starts, of.loose)
+    found = cross_chains(aside, up, of.points, of.normals, of.starts, of.loose)
     order = np.argsort(found[:, 0], kind="stable")
     found = found[order]
     return Crossings(
@@ -88,7 +87,7 @@ def find_self_crossings(points: Points, normals: Points, closed: bool) -> Crossi
     """Where a curve crosses itself, each crossing once: ``place`` is the earlier of the two."""
     line, up = _close_line(points, closed), _close_line(normals, closed)
     aside = line + ASIDE * _mean_step(line) * TOWARDS
-    found = _cross_itself(line, aside, up, closed)
+    found = cross_itself(line, aside, up, closed)
     found = found[np.argsort(found[:, 0], kind="stable")]
     none = np.full(len(found), -1, np.int32)
     return Crossings(found[:, 0], none, found[:, 2], found[:, 3] > 0.0)
@@ -100,209 +99,6 @@ def _close_line(values: Points, closed: bool) -> Points:
 
 def _mean_step(line: Points) -> float:
     return float(np.linalg.norm(np.diff(line, axis=0), axis=1).mean()) if len(line) > 1 else 0.0
-
-
-@kernel
-def _side(
-    points: Points,
-    i: Index,
-    j: Index,
-    x: float,
-    y: float,
-    z: float,
-    others: Points,
-    k: Index,
-) -> float:
-    """How far a point of the others is left of the segment from i to j, seen against (x, y, z);
-    scaled."""
-    ux, uy, uz = (
-        points[j, 0] - points[i, 0],
-        points[j, 1] - points[i, 1],
-        points[j, 2] - points[i, 2],
-    )
-    vx, vy, vz = (
-        others[k, 0] - points[i, 0],
-        others[k, 1] - points[i, 1],
-        others[k, 2] - points[i, 2],
-    )
-    return x * (uy * vz - uz * vy) + y * (uz * vx - ux * vz) + z * (ux * vy - uy * vx)
-
-
-@kernel
-def _step(points: Points, f: Index, g: Index) -> float:
-    size = 0.0
-    for c in range(3):
-        size += (points[g, c] - points[f, c]) ** 2
-    return math.sqrt(size)
-
-
-@kernel
-def _cross_segments(
-    line: Points,
-    up: Points,
-    e: Index,
-    points: Points,
-    normals: Points,
-    f: Index,
-    g: Index,
-) -> tuple[bool, float, float, bool]:
-    """Does segment e of the line cross that from point f to point g? The part of each up to the
-    crossing, and is it from left to right?"""
-    mx, my, mz = up[e, 0] + up[e + 1, 0], up[e, 1] + up[e + 1, 1], up[e, 2] + up[e + 1, 2]
-    nx = normals[f, 0] + normals[g, 0]
-    ny = normals[f, 1] + normals[g, 1]
-    nz = normals[f, 2] + normals[g, 2]
-    if mx * nx + my * ny + mz * nz <= 0.0:
-        return False, 0.0, 0.0, False
-    a = _side(points, f, g, nx, ny, nz, line, e)
-    b = _side(points, f, g, nx, ny, nz, line, e + 1)
-    if (a >= 0.0) == (b >= 0.0):
-        return False, 0.0, 0.0, False
-    c = _side(line, e, e + 1, mx, my, mz, points, f)
-    d = _side(line, e, e + 1, mx, my, mz, points, g)
-    if (c >= 0.0) == (d >= 0.0):
-        return False, 0.0, 0.0, False
-    s, u = a / (a - b), c / (c - d)
-    far = _step(line, e, e + 1) + _step(points, f, g)
-    gx = line[e, 0] + s * (line[e + 1, 0] - line[e, 0])
-    gy = line[e, 1] + s * (line[e + 1, 1] - line[e, 1])
-    gz = line[e, 2] + s * (line[e + 1, 2] - line[e, 2])
-    gx -= points[f, 0] + u * (points[g, 0] - points[f, 0])
-    gy -= points[f, 1] + u * (points[g, 1] - points[f, 1])
-    gz -= points[f, 2] + u * (points[g, 2] - points[f, 2])
-    gap = gx * gx + gy * gy + gz * gz
-    x, y, z = mx + nx, my + ny, mz + nz
-    across = (gx * x + gy * y + gz * z) ** 2 / (x * x + y * y + z * z)
-    beside = math.sqrt(max(gap - across, 0.0))
-    return math.sqrt(gap) <= far and beside <= BESIDE * far, s, u, a >= 0.0
-
-
-@kernel
-def _double_room(found: Floats) -> Floats:
-    return np.concatenate((found, np.empty_like(found)))
-
-
-@kernel
-def _box(points: Points, first: Index, last: Index) -> Floats:
-    """(2, 3) lowest and highest coordinates of the points from first to last."""
-    box = np.empty((2, 3))
-    box[0] = points[first]
-    box[1] = points[first]
-    for k in range(first + 1, last + 1):
-        for c in range(3):
-            box[0, c] = min(box[0, c], points[k, c])
-            box[1, c] = max(box[1, c], points[k, c])
-    return box
-
-
-@kernel
-def _is_apart(box: Floats, points: Points, f: Index, g: Index, reach: float) -> bool:
-    """Is the segment from f to g further than a distance from a box, along one of the axes?"""
-    for c in range(3):
-        low, high = points[f, c], points[g, c]
-        if low > high:
-            low, high = high, low
-        if low > box[1, c] + reach or high < box[0, c] - reach:
-            return True
-    return False
-
-
-@kernel
-def _cross_chains(
-    line: Points,
-    up: Points,
-    points: Points,
-    normals: Points,
-    starts: Int32Array,
-    loose: NDArray[np.bool_],
-) -> Floats:
-    """(k, 4): place on the line, number and place of the chain, 1 if from left to right."""
-    found = np.empty((16, 4))
-    n = 0
-    whole = _box(line, 0, len(line) - 1)
-    longest = 0.0
-    for e in range(len(line) - 1):
-        longest = max(longest, _step(line, e, e + 1))
-    near = np.empty(len(line), np.int32)
-    for c in range(len(starts) - 1):
-        first, last = starts[c], starts[c + 1] - 1
-        box = _box(points, first, last)
-        reach = longest
-        for k in range(first, last):
-            reach = max(reach, _step(points, k, k + 1))
-        reach += longest
-        if loose[c]:
-            reach = max(reach, longest + _step(points, last, first))
-        gone = False
-        for d in range(3):
-            gone |= box[0, d] > whole[1, d] + reach or box[1, d] < whole[0, d] - reach
-        if gone:
-            continue
-        m = 0
-        for e in range(len(line) - 1):
-            if not _is_apart(box, line, e, e + 1, reach):
-                near[m] = e
-                m += 1
-        for k in range(first, last + 1):
-            j = k + 1
-            if k == last:
-                if not loose[c]:
-                    break
-                j = first
-            if m == 0:
-                break
-            far = longest + _step(points, k, j)
-            if _is_apart(whole, points, k, j, far):
-                continue
-            for i in range(m):
-                e = near[i]
-                apart = False
-                for d in range(3):
-                    a, b = line[e, d], line[e + 1, d]
-                    p, q = points[k, d], points[j, d]
-                    apart |= max(a, b) + far < min(p, q) or min(a, b) - far > max(p, q)
-                if apart:
-                    continue
-                crosses, s, u, rightward = _cross_segments(line, up, e, points, normals, k, j)
-                if crosses:
-                    if n == len(found):
-                        found = _double_room(found)
-                    found[n, 0] = e + s
-                    found[n, 1] = c
-                    found[n, 2] = k - first + u
-                    found[n, 3] = 1.0 if rightward else 0.0
-                    n += 1
-    return found[:n]
-
-
-@kernel
-def _cross_itself(line: Points, aside: Points, up: Points, closed: bool) -> Floats:
-    """(k, 4): later place, 0, earlier place, 1 if the later part goes to the earlier's right."""
-    found = np.empty((16, 4))
-    n = 0
-    m = len(line) - 1
-    for f in range(m):
-        for e in range(f + 2, m):
-            if closed and f == 0 and e == m - 1:
-                continue
-            apart = False
-            far = _step(line, f, f + 1) + _step(line, e, e + 1)
-            for d in range(3):
-                a, b = line[e, d], line[e + 1, d]
-                p, q = line[f, d], line[f + 1, d]
-                apart |= max(a, b) + far < min(p, q) or min(a, b) - far > max(p, q)
-            if apart:
-                continue
-            crosses, s, u, rightward = _cross_segments(aside, up, e, line, up, f, f + 1)
-            if crosses:
-                if n == len(found):
-                    found = _double_room(found)
-                found[n, 0] = e + s
-                found[n, 1] = 0.0
-                found[n, 2] = f + u
-                found[n, 3] = 1.0 if rightward else 0.0
-                n += 1
-    return found[:n]
 
 
 #: Steps after which the search for an order is given up; among a few crossings at one place it

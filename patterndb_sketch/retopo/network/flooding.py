@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from patterndb._native.retopo.network.flooding import flood
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
 
 #: How often steps of a curve between triangles that do not touch are halved before the curve is
@@ -159,41 +159,5 @@ def flood_triangles(
     None as soon as the area is more than ``most``: then it costs no more than that.
     """
     at = np.ascontiguousarray(seeds, np.int32)
-    inside, area = _flood(ground.topology.across, crossed, ground.surface.areas, at, most)
+    inside, area = flood(ground.topology.across, crossed, ground.surface.areas, at, most)
     return None if area > most else (inside, area)
-
-
-@kernel
-def _flood(
-    across: Int32Array,
-    crossed: NDArray[np.bool_],
-    areas: NDArray[np.float64],
-    seeds: Int32Array,
-    most: float,
-) -> tuple[Int32Array, float]:
-    seen = crossed.copy()
-    found = np.empty(max(len(seeds), 64), np.int32)
-    n = 0
-    area = 0.0
-    for f in seeds:
-        if not seen[f]:
-            seen[f] = True
-            found[n] = f
-            n += 1
-    at = 0
-    while at < n:
-        f = found[at]
-        at += 1
-        area += float(areas[f])
-        if area > most:
-            break
-        for e in range(3):
-            other = across[3 * f + e]
-            if other < 0 or seen[other // 3]:
-                continue
-            seen[other // 3] = True
-            if n == len(found):
-                found = np.concatenate((found, np.empty_like(found)))
-            found[n] = other // 3
-            n += 1
-    return found[:n], area

@@ -20,10 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.retopo.network.patches import sum_areas
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import has_dead_end, walk_face
@@ -80,28 +80,7 @@ def measure_enclosed(points: Points, normals: Points) -> Enclosed:
     """
     if len(points) < 2:
         return Enclosed(0.0, 0.0, 0.0)
-    return Enclosed(*_sum_areas(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
-
-
-@kernel
-def _sum_areas(points: Points, normals: Points) -> tuple[float, float, float]:
-    n = len(points)
-    centre = np.zeros(3)
-    for i in range(n):
-        for c in range(3):
-            centre[c] += points[i, c] / n
-    area = 0.0
-    unsigned = 0.0
-    length = 0.0
-    for i in range(n):
-        j = i + 1 if i + 1 < n else 0
-        ux, uy, uz = points[i, 0] - centre[0], points[i, 1] - centre[1], points[i, 2] - centre[2]
-        vx, vy, vz = points[j, 0] - centre[0], points[j, 1] - centre[1], points[j, 2] - centre[2]
-        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-        area += 0.5 * (x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2])
-        unsigned += 0.5 * math.sqrt(x * x + y * y + z * z)
-        length += math.sqrt((vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2)
-    return area, unsigned, length
+    return Enclosed(*sum_areas(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
 
 
 #: Points along a side of what spans the loop.

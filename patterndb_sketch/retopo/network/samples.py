@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb._native.retopo.network.samples import find_nearest
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network.structure import NONE, Chain, Network, Node
 
 
@@ -94,7 +93,7 @@ def find_nearest_place(
     of: Samples, point: ArrayLike, normal: ArrayLike, radius: float
 ) -> ChainPlace | None:
     """The nearest place on a chain within a radius, where the surface's normal agrees."""
-    k, share, away = _find_nearest(
+    k, share, away = find_nearest(
         of.points,
         of.normals,
         of.starts,
@@ -105,48 +104,6 @@ def find_nearest_place(
     if k < 0 or away > radius:
         return None
     return ChainPlace(int(of.chain[k]), float(of.place[k] + share), away)
-
-
-@kernel
-def _find_nearest(
-    points: Points,
-    normals: Points,
-    starts: Int32Array,
-    loose: NDArray[np.bool_],
-    at: NDArray[np.float64],
-    up: NDArray[np.float64],
-) -> tuple[int, float, float]:
-    """First sample of the nearest segment, -1 for none, the part of it, and the distance."""
-    best = np.inf
-    found = -1
-    at_share = 0.0
-    for c in range(len(starts) - 1):
-        last = starts[c + 1] - 1
-        for k in range(starts[c], starts[c + 1]):
-            j = k + 1
-            if k == last:
-                if not loose[c]:
-                    break
-                j = starts[c]
-            agree = 0.0
-            along = 0.0
-            size = 0.0
-            for d in range(3):
-                agree += (normals[k, d] + normals[j, d]) * up[d]
-                step = points[j, d] - points[k, d]
-                along += step * (at[d] - points[k, d])
-                size += step * step
-            if agree <= 0.0:
-                continue
-            share = 0.0
-            if size > 0.0:
-                share = min(max(along / size, 0.0), 1.0)
-            away = 0.0
-            for d in range(3):
-                away += (points[k, d] + share * (points[j, d] - points[k, d]) - at[d]) ** 2
-            if away < best:
-                best, found, at_share = away, k, share
-    return found, at_share, math.sqrt(best)
 
 
 def interpolate_places(

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import (
@@ -25,7 +26,6 @@ from patterndb_sketch.retopo.network import (
     Network,
     OpenNetwork,
 )
-from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.network.samples import (
     Samples,
     find_nearest_place,

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_crossings
 from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, Network

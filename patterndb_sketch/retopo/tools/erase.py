@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable
 from typing import Any
 
+from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import GroundStroke
-from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.network.crossings import find_crossings
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import OpenNetwork

@@ -9,9 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Index, Int64Array
+from patterndb._native.retopo.tools.salience import sum_dots
+from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points, units
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
 
@@ -126,7 +126,7 @@ class Salience:
             raise InvalidRetopoError(f"curves are aligned to {', '.join(MODES)}, not to {mode!r}")
         at, up = np.asarray(points, np.float64), np.asarray(normals, np.float64)
         width = WIDTH * self.edge
-        sums = _sum_dots(
+        sums = sum_dots(
             np.ascontiguousarray(at),
             np.ascontiguousarray(up),
             self.points,
@@ -202,65 +202,3 @@ def _gather(
     middle = np.add.reduceat(share * points[order], first) / total
     up = units(np.add.reduceat(share * normals[order], first))
     return middle, up, np.add.reduceat(tensors[order], first)
-
-
-@kernel
-def _sum_dots(
-    at: Points,
-    up: Points,
-    points: Points,
-    normals: Points,
-    tensors: Points,
-    low: Points,
-    keys: Int64Array,
-    starts: Int64Array,
-    width: float,
-) -> NDArray[np.float64]:
-    """(n, 4, 6) weighted sums over the dots near each point: of their tensors, and of these
-    times x, y and z of the way from the point to the dot."""
-    result = np.zeros((len(at), 4, 6))
-    reach = REACH * width
-    way = np.empty(3)
-    cell = np.empty(3, np.int64)
-    for i in range(len(at)):
-        for c in range(3):
-            cell[c] = math.floor((at[i, c] - low[c]) / reach)
-        for x in range(max(cell[0] - 1, 0), cell[0] + 2):
-            for y in range(max(cell[1] - 1, 0), cell[1] + 2):
-                for z in range(max(cell[2] - 1, 0), cell[2] + 2):
-                    key = (x << (2 * CELL_BITS)) | (y << CELL_BITS) | z
-                    k = np.searchsorted(keys, key)
-                    if k == len(keys) or keys[k] != key:
-                        continue
-                    for j in range(starts[k], starts[k + 1]):
-                        _add_dot(result[i], at, up, i, points, normals, tensors, j, width, way)
-    return result
-
-
-@kernel(inline="always")
-def _add_dot(
-    result: NDArray[np.float64],
-    at: Points,
-    up: Points,
-    i: Index,
-    points: Points,
-    normals: Points,
-    tensors: Points,
-    j: Index,
-    width: float,
-    way: Points,
-) -> None:
-    far = 0.0
-    agree = 0.0
-    for c in range(3):
-        way[c] = points[j, c] - at[i, c]
-        far += way[c] * way[c]
-        agree += normals[j, c] * up[i, c]
-    far /= width * width
-    if far > REACH * REACH or agree <= 0.0:
-        return
-    weight = math.exp(-0.5 * far)
-    for k in range(6):
-        result[0, k] += weight * tensors[j, k]
-        for c in range(3):
-            result[1 + c, k] += weight * tensors[j, k] * way[c]

@@ -9,22 +9,17 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.leastarea import tabulate_areas_around
+from patterndb._native.geometry.leastarea import tabulate_areas_around
+from patterndb._native.surfacing.chords.candidates import order_canonically
+from patterndb._native.surfacing.chords.decompose import flatter as _flatter
 from patterndb.geometry.points import Points
-from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.candidates import (
     SAME,
     TURNING_BOUND,
     find_candidates,
     find_endpoints,
-    order_canonically,
 )
-from patterndb_sketch.surfacing.chords.flatness import (
-    Flatness,
-    find_determinant,
-    is_planar,
-    sum_moments,
-)
+from patterndb_sketch.surfacing.chords.flatness import Flatness, is_planar
 from patterndb_sketch.surfacing.chords.search import search_cuts
 from patterndb_sketch.surfacing.chords.subcycles import count_subproblems
 from patterndb_sketch.surfacing.network import InvalidNetworkError
@@ -215,18 +210,3 @@ def _measured(points: Points, chords: NDArray[np.int64]) -> NDArray[np.int64]:
     stride = -(-n // MEASURED)
     # In an order that does not depend on where the loop starts and which way it runs.
     return np.union1d(order_canonically(np.ascontiguousarray(points))[::stride], chords)
-
-
-@kernel
-def _flatter(points: Points, chords: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(m,) the box of the loop (n, 3) less those of both sides of each chord."""
-    whole = math.sqrt(max(0.0, find_determinant(sum_moments(points))))
-    turned = np.concatenate((points, points))
-    n = len(points)
-    gained = np.empty(len(chords))
-    for c in range(len(chords)):
-        i, j = chords[c, 0], chords[c, 1]
-        one = math.sqrt(max(0.0, find_determinant(sum_moments(turned[i : j + 1]))))
-        other = math.sqrt(max(0.0, find_determinant(sum_moments(turned[j : i + n + 1]))))
-        gained[c] = whole - one - other
-    return gained

@@ -3,17 +3,20 @@ path that goes on in their plane."""
 
 from __future__ import annotations
 
-import heapq
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb._native.surfacing.cycles.closing import (
+    find_closing_paths,
+    find_flat_polygon,
+    measure_ways,
+)
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Points, units
+from patterndb.geometry.points import units
 from patterndb.geometry.polyline import sample_polyline
-from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 #: From the end of a path to be found, the lengths of the ways to this many nodes, the nearest, are
@@ -32,8 +35,6 @@ OFF_PLANE = 0.15
 #: Two curves whose directions have a lesser sine lie in no plane of their own.
 NO_PLANE = 0.2
 
-#: A path in a plane turns at a corner by more than this, in radians: the 20 degrees of a drawn one.
-PLANE_TURN = math.radians(20)
 
 #: Nodes of a path in a plane, at most: of those in the sketches at hand the longest has 12.
 MOST_IN_PLANE = 128
@@ -138,169 +139,6 @@ def list_half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCur
     leaving = living[np.argsort(start[living], kind="stable")]
     first = np.r_[0, np.cumsum(np.bincount(start[living], minlength=n))]
     return HalfCurves(start, end, np.repeat(length, 2), first, leaving)
-
-
-@kernel
-def measure_ways(
-    end: Int64Array,
-    length: NDArray[np.float64],
-    first: Int64Array,
-    leaving: Int64Array,
-    target: int,
-    distance: NDArray[np.float64],
-    near: Int64Array,
-) -> tuple[int, float]:
-    """Write the lengths of the shortest ways to a node from the nodes near it, by Dijkstra.
-
-    distance: (n,), inf on entry; written for the nodes that are met, which are listed in near (n,).
-    Returns how many were met, and ``farther``: what is longer is not known to be the shortest,
-    and no way that is not known is shorter; inf where all that can be reached are known.
-    """
-    distance[target] = 0.0
-    near[0] = target
-    met, settled = 1, 0
-    waiting = [(0.0, target)]
-    while len(waiting) > 0:
-        so_far, at = heapq.heappop(waiting)
-        if so_far > distance[at]:
-            continue
-        settled += 1
-        if settled > NEAR_NODES:
-            return met, so_far
-        for k in range(first[at], first[at + 1]):
-            half = leaving[k]
-            to = int(end[half])
-            longer = so_far + float(length[half])
-            if longer < distance[to]:
-                if distance[to] == np.inf:
-                    near[met] = to
-                    met += 1
-                distance[to] = longer
-                heapq.heappush(waiting, (longer, to))
-    return met, np.inf
-
-
-@kernel
-def find_closing_paths(
-    start: Int64Array,
-    end: Int64Array,
-    length: NDArray[np.float64],
-    first: Int64Array,
-    leaving: Int64Array,
-    distance: NDArray[np.float64],
-    farther: float,
-    out: int,
-    back: int,
-    paths: Int64Array,
-    sizes: Int64Array,
-    most: int,
-) -> tuple[int, bool]:
-    """The shortest simple cycles that leave a node by ``out`` and come back along ``back``.
-
-    Both half-curves leave the node, are of two curves and end at two other nodes. Half-curves
-    of cycle i in order are written to paths[i, : sizes[i]], shortest first, as many as ``paths``
-    has rows. distance, farther: as :func:`measure_ways` has them for the end of ``back``. Returns
-    how many there are, and whether ``most`` paths were tried before.
-
-    The remaining distance bounds a path's length from below (A*), so paths come out by length.
-    """
-    node, target = start[back], end[back]
-    before = np.empty(most, np.int64)
-    by = np.empty(most, np.int64)
-    before[0], by[0] = -1, out
-    made, found = 1, 0
-    waiting = [(length[out] + min(distance[end[out]], farther), 0, length[out])]
-    while len(waiting) > 0 and found < len(paths):
-        _, path, so_far = heapq.heappop(waiting)
-        at = end[by[path]]
-        if at == target:
-            steps = 0
-            t = path
-            while t >= 0:
-                steps += 1
-                t = before[t]
-            paths[found, steps] = back ^ 1
-            sizes[found] = steps + 1
-            t = path
-            while t >= 0:
-                steps -= 1
-                paths[found, steps] = by[t]
-                t = before[t]
-            found += 1
-            continue
-        for k in range(first[at], first[at + 1]):
-            half = leaving[k]
-            to = end[half]
-            passed = to in (node, at) or half >> 1 == back >> 1
-            t = path
-            while t >= 0 and not passed:
-                passed = end[by[t]] == to
-                t = before[t]
-            if passed:
-                continue
-            if made == most:
-                return found, True
-            before[made], by[made] = path, half
-            longer = so_far + length[half]
-            heapq.heappush(waiting, (longer + min(distance[to], farther), made, longer))
-            made += 1
-    return found, False
-
-
-@kernel
-def find_flat_polygon(
-    start: Int64Array,
-    end: Int64Array,
-    first: Int64Array,
-    leaving: Int64Array,
-    tangents: Points,
-    out: int,
-    back: int,
-    path: Int64Array,
-) -> int:
-    """The polygon in the plane of two half-curves that leave a node, of which ``back`` closes it.
-
-    tangents: (2m, 3) unit vectors along which half-curves leave their nodes. At every node the
-    path takes, of those that leave nearly in the plane, the one that turns most to the polygon's
-    inside. Half-curves in order are written to path; returns how many there are, 0 if it does not
-    close, passes a node twice, is longer than ``path`` or has corners at less than half of its
-    nodes: where curves mostly go straight on past others that end there, it is as likely the rim
-    of an opening as a lid, such as the ground of a car.
-    """
-    normal = np.cross(tangents[out], tangents[back])
-    size = math.sqrt(normal @ normal)
-    if size < NO_PLANE:
-        return 0
-    normal /= size
-    node = start[back]
-    path[0] = out
-    n, corners = 1, 1
-    while end[path[n - 1]] != node:
-        half = path[n - 1]
-        at = end[half]
-        if n == len(path):
-            return 0
-        for k in range(n - 1):
-            if end[path[k]] == at:
-                return 0
-        arriving = -tangents[half ^ 1]
-        best, most = -1, -np.inf
-        for k in range(first[at], first[at + 1]):
-            other = leaving[k]
-            if other >> 1 == half >> 1 or end[other] == at:
-                continue
-            if abs(tangents[other] @ normal) > OFF_PLANE:
-                continue
-            sine = np.cross(arriving, tangents[other]) @ normal
-            turn = math.atan2(sine, arriving @ tangents[other])
-            if turn > most:
-                best, most = other, turn
-        if best < 0:
-            return 0
-        corners += abs(most) > PLANE_TURN
-        path[n] = best
-        n += 1
-    return n if path[n - 1] == back ^ 1 and 2 * corners >= n else 0
 
 
 def find_candidate_cycles(

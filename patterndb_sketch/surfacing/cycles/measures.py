@@ -14,12 +14,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.leastarea import triangulate_cheapest
+from patterndb._native.surfacing.cycles.measures import measure
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.polyline import sample_polyline
-from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.chords.flatness import diagonalise
 from patterndb_sketch.surfacing.cycles.closing import HalfCurves
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_turning
 
@@ -30,9 +27,6 @@ MOST_EDGES = 6
 
 CLOSED_EDGES = 12
 
-#: Samples of a cycle beyond which only every second, third, ... sample of its curves counts:
-#: the triangulation's time grows with the cube.
-MOST_SAMPLES = 96
 
 #: A triangle costs no less area than this part of its edges' squared lengths: along a side of
 #: several straight curves a flat one would cost nothing, and say nothing of the surface beside it.
@@ -147,7 +141,7 @@ def measure_cycles(
     values = np.zeros((len(cycles), 8))
     inward = np.zeros((len(steps), 3))
     for i, (a, b) in enumerate(pairwise(first.tolist())):
-        _measure(
+        measure(
             steps[a:b],
             samples,
             offsets,
@@ -170,224 +164,6 @@ def _edges(points: Points, closed: bool) -> int:
     if closed:
         return max(CLOSED_EDGES, min(4 * MOST_EDGES, 1 + int(turning / TURNING_OF_EDGE)))
     return min(MOST_EDGES, 1 + int(turning / TURNING_OF_EDGE))
-
-
-@kernel
-def _measure(
-    steps: Int64Array,
-    samples: Points,
-    offsets: Int64Array,
-    start: Int64Array,
-    first: Int64Array,
-    leaving: Int64Array,
-    tangents: Points,
-    values: Floats,
-    inward: Points,
-) -> None:
-    """Write the measures of one cycle to values (8,) and inward (len(steps), 3)."""
-    at, corner = gather_samples(steps, samples, offsets)
-    n = len(at)
-    middle, length = _middle(at)
-    at -= middle
-    values[0] = length
-    if length == 0.0:
-        return
-    values[1] = _flatness(at, length)
-    if n < 3:
-        return
-    triangles = np.empty((n - 2, 3), np.int64)
-    triangulate_cheapest(at, 0.0, THIN, triangles)
-    values[2] = 0.5 * np.sqrt((_normals(at, triangles) ** 2).sum(axis=1)).sum()
-    values[3] = _bending(at, triangles) / length
-    _inward(at, triangles, corner, inward)
-    m = len(steps)
-    values[6] = 1.0
-    for s in range(m):
-        out, back = steps[s], steps[s - 1] ^ 1
-        if tangents[out] @ tangents[back] > -math.cos(TURN):
-            values[4] += 1.0
-        worst = 0.0
-        above = below = 0.0
-        normal = _normal_at(at, triangles, corner[s])
-        node = start[out]
-        for k in range(first[node], first[node + 1]):
-            other = leaving[k]
-            if other >> 1 != out >> 1 and other >> 1 != back >> 1:
-                along = max(tangents[other] @ tangents[out], tangents[other] @ tangents[back])
-                beside = min(1.0, (1.0 - along) / (1.0 - math.cos(BESIDE)))
-                cut = _cut(at, triangles, corner[s], tangents[other])
-                worst = max(worst, beside * cut)
-                sine = tangents[other] @ normal
-                above, below = max(above, sine), max(below, -sine)
-        values[5] += worst
-        values[7] += _crossed(tangents, out, back, leaving[first[node] : first[node + 1]]) / m
-        values[6] = min(values[6], max(0.0, 2.0 * min(above, below) - 1.0))
-
-
-@kernel
-def _crossed(tangents: Points, out: int, back: int, leaving: Int64Array) -> float:
-    """How straight a cycle goes on at a node, times how straight two others cross it there."""
-    straight = max(0.0, -float(tangents[out] @ tangents[back])) ** 2
-    most = 0.0
-    for i in range(len(leaving)):
-        for k in range(i):
-            a, b = leaving[i], leaving[k]
-            if (a >> 1) in (out >> 1, back >> 1) or (b >> 1) in (out >> 1, back >> 1):
-                continue
-            across = max(0.0, -float(tangents[a] @ tangents[b])) ** 2
-            along = 0.0
-            for other in (a, b):
-                for own in (out, back):
-                    along = max(along, abs(float(tangents[other] @ tangents[own])))
-            most = max(most, across * math.sqrt(max(0.0, 1.0 - along * along)))
-    return straight * most
-
-
-@kernel
-def gather_samples(
-    steps: Int64Array, samples: Points, offsets: Int64Array
-) -> tuple[Points, Int64Array]:
-    """The samples around a cycle (n, 3), and the place of every step's first in them, then n."""
-    total = 0
-    for half in steps:
-        total += offsets[(half >> 1) + 1] - offsets[half >> 1] - 1
-    stride = 1 + (total - 1) // MOST_SAMPLES
-    at = np.empty((total, 3))
-    corner = np.empty(len(steps) + 1, np.int64)
-    n = 0
-    for s in range(len(steps)):
-        half = steps[s]
-        a, b = offsets[half >> 1], offsets[(half >> 1) + 1]
-        corner[s] = n
-        for q in range(0, b - a - 1, stride):
-            at[n] = samples[a + q] if half & 1 == 0 else samples[b - 1 - q]
-            n += 1
-    corner[len(steps)] = n
-    return at[:n], corner
-
-
-@kernel
-def _middle(at: Points) -> tuple[Floats, float]:
-    """The centre of mass of a closed polyline (n, 3), and its length."""
-    middle = np.zeros(3)
-    length = 0.0
-    for i in range(len(at)):
-        step = at[i] - at[i - 1]
-        size = math.sqrt(step @ step)
-        middle += 0.5 * size * (at[i] + at[i - 1])
-        length += size
-    return middle / length if length > 0.0 else at[0].copy(), length
-
-
-@kernel
-def _flatness(at: Points, length: float) -> float:
-    """sqrt(lambda3 / lambda1) of a closed polyline about the origin, all of its points."""
-    moments = np.zeros((3, 3))
-    for i in range(len(at)):
-        u, v = at[i - 1], at[i]
-        step = v - u
-        size = math.sqrt(step @ step) / (6.0 * length)
-        for x in range(3):
-            for y in range(3):
-                both = u[x] * v[y] + v[x] * u[y]
-                moments[x, y] += size * (2.0 * u[x] * u[y] + 2.0 * v[x] * v[y] + both)
-    values, _ = diagonalise(moments)
-    # So small that squares of lengths are 0, it is in one place.
-    return math.sqrt(max(values[0], 0.0) / values[2]) if values[2] > 0.0 else 0.0
-
-
-@kernel
-def _normals(at: Points, triangles: Int64Array) -> Points:
-    normals = np.zeros((len(triangles), 3))
-    for t in range(len(triangles)):
-        i, k, j = triangles[t]
-        normals[t] = np.cross(at[k] - at[i], at[j] - at[i])
-    return normals
-
-
-@kernel
-def _bending(at: Points, triangles: Int64Array) -> float:
-    """Angles between neighbouring triangles times the length of the edge between them, summed."""
-    n = len(at)
-    normals = _normals(at, triangles)
-    owner = np.full((n, n), -1, np.int64)
-    total = 0.0
-    for t in range(len(triangles)):
-        for e in range(3):
-            a, b = triangles[t, e], triangles[t, (e + 1) % 3]
-            a, b = min(a, b), max(a, b)
-            u = owner[a, b]
-            owner[a, b] = t
-            if u >= 0:
-                across = np.cross(normals[t], normals[u])
-                angle = math.atan2(math.sqrt(across @ across), normals[t] @ normals[u])
-                edge = at[a] - at[b]
-                total += angle * math.sqrt(edge @ edge)
-    return total
-
-
-@kernel
-def _inward(at: Points, triangles: Int64Array, corner: Int64Array, inward: Points) -> None:
-    """Write for every step the mean direction, across its edges, to their triangles' apices."""
-    n = len(at)
-    for t in range(len(triangles)):
-        for e in range(3):
-            i, j = triangles[t, e], triangles[t, (e + 1) % 3]
-            if (j + 1) % n == i:
-                i, j = j, i
-            if (i + 1) % n != j:
-                continue
-            edge = at[j] - at[i]
-            size = math.sqrt(edge @ edge)
-            if size * size == 0.0:
-                # Of a curve that goes out and back two samples may be in one place.
-                continue
-            across = at[triangles[t, (e + 2) % 3]] - at[i]
-            across = across - (across @ edge) / (size * size) * edge
-            width = math.sqrt(across @ across)
-            if width > 0.0:
-                s = np.searchsorted(corner, i, side="right") - 1
-                inward[s] += across * (size / width)
-    for s in range(len(inward)):
-        size = math.sqrt(inward[s] @ inward[s])
-        if size > 0.0:
-            inward[s] /= size
-
-
-@kernel
-def _cut(at: Points, triangles: Int64Array, vertex: int, tangent: Floats) -> float:
-    """How far a direction at a vertex runs into the triangles there: cos(2 elevation), or 0."""
-    cut = 0.0
-    for t in range(len(triangles)):
-        for e in range(3):
-            if triangles[t, e] != vertex:
-                continue
-            a = at[triangles[t, (e + 1) % 3]] - at[vertex]
-            b = at[triangles[t, (e + 2) % 3]] - at[vertex]
-            normal = np.cross(a, b)
-            size = math.sqrt(normal @ normal)
-            if size <= 1e-12 * math.sqrt((a @ a) * (b @ b)):
-                continue
-            # Along an edge between two triangles it is in both, up to rounding.
-            if np.cross(a, tangent) @ normal < -ALONG * size * math.sqrt(a @ a):
-                continue
-            if np.cross(tangent, b) @ normal < -ALONG * size * math.sqrt(b @ b):
-                continue
-            sine = float(tangent @ normal) / size
-            cut = max(cut, 1.0 - 2.0 * sine * sine)
-    return cut
-
-
-@kernel
-def _normal_at(at: Points, triangles: Int64Array, vertex: int) -> Floats:
-    """The unit normal of the triangles at a vertex together, 0 if there is none."""
-    normal = np.zeros(3)
-    for t in range(len(triangles)):
-        i, k, j = triangles[t]
-        if vertex in (i, k, j):
-            normal += np.cross(at[k] - at[i], at[j] - at[i])
-    size = math.sqrt(normal @ normal)
-    return normal / size if size > 0.0 else normal
 
 
 def rate_badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -> Floats:

@@ -39,6 +39,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
+from patterndb._native.surfacing.joining.meetings import measure_deviation
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
@@ -53,7 +54,7 @@ from patterndb_sketch.surfacing.joining.duplicates import (
 )
 from patterndb_sketch.surfacing.joining.following import FollowedCurves, follow_curves
 from patterndb_sketch.surfacing.joining.looseends import describe_loose_ends, find_loose_ends
-from patterndb_sketch.surfacing.joining.meetings import Joins, measure_deviation
+from patterndb_sketch.surfacing.joining.meetings import Joins
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
     PackedCurves,

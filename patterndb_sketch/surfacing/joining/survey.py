@@ -9,15 +9,11 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from patterndb._native.surfacing.joining.survey import select_seam_joins
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Floats, Points
-from patterndb.system.kernels import kernel
+from patterndb.geometry.points import Floats
 from patterndb_sketch.surfacing.joining.following import FollowedCurves
-from patterndb_sketch.surfacing.joining.meetings import (
-    Joins,
-    find_joins,
-    measure_distance_to_edge,
-)
+from patterndb_sketch.surfacing.joining.meetings import Joins, find_joins
 from patterndb_sketch.surfacing.joining.polylines import PackedCurves
 
 #: Curves meet within this share of the diagonal in every drawing, and in none beyond MOST.
@@ -167,7 +163,7 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
         return joins
     pair = joins.curves[:, 0] * len(curves) + joins.curves[:, 1]
     by_pair = np.argsort(pair, kind="stable")
-    kept = _select_seam_joins(
+    kept = select_seam_joins(
         curves.points,
         curves.starts,
         curves.along,
@@ -184,83 +180,6 @@ def find_approaches(curves: PackedCurves, reaches: Floats, settled: NDArray[np.b
         reaches,
     )
     return joins.take(kept)
-
-
-@kernel
-def _select_seam_joins(
-    points: Points,
-    starts: Int64Array,
-    along: Floats,
-    closed: NDArray[np.bool_],
-    curves: Int64Array,
-    lengths: Floats,
-    gaps: Floats,
-    ways: Floats,
-    beside: NDArray[np.bool_],
-    some: Int64Array,
-    by_pair: Int64Array,
-    begin: Int64Array,
-    end: Int64Array,
-    reaches: Floats,
-) -> NDArray[np.bool_]:
-    """(m,) which joins are not part of the meeting of a nearer one beyond a closed curve's seam.
-
-    curves, lengths, gaps: of the joins. ways: (m, 2) how far their places are from the seam.
-    beside: (m, 2) which places may be parted from others by it; some: (k,) the joins with such a
-    place. by_pair[begin[i]:end[i]]: the joins of the same two curves as join some[i].
-    """
-    kept = np.ones(len(gaps), np.bool_)
-    for i in range(len(some)):
-        one = some[i]
-        for other in by_pair[begin[i] : end[i]]:
-            if other == one or not kept[other] or gaps[other] > gaps[one]:
-                continue
-            for side in range(2):
-                curve, partner = curves[one, side], curves[one, 1 - side]
-                whole = along[starts[curve + 1] - 1]
-                if not beside[one, side] or ways[one, side] + ways[other, side] > NEAR_SEAM * whole:
-                    continue
-                if ways[one, side] > 0.0:
-                    late = 2.0 * lengths[one, side] > whole
-                    if not beside[other, side] or late == (2.0 * lengths[other, side] > whole):
-                        continue
-                within = min(float(reaches[curve]), float(reaches[partner]))
-                # The other curve goes the same way there.
-                apart = abs(lengths[one, 1 - side] - lengths[other, 1 - side])
-                if closed[partner]:
-                    apart = min(apart, along[starts[partner + 1] - 1] - apart)
-                goes_on = apart <= 2.0 * (ways[one, side] + ways[other, side] + within)
-                for length in (lengths[one, side], lengths[other, side]):
-                    late = 2.0 * length > whole
-                    for share in (0.0, 0.5):
-                        way = whole - length if late else length
-                        at = whole - share * way if late else share * way
-                        place = _locate(points, starts, along, curve, at)
-                        if not _is_near(points, starts, partner, place, within):
-                            goes_on = False
-                if goes_on:
-                    kept[one] = False
-    return kept
-
-
-@kernel
-def _locate(points: Points, starts: Int64Array, along: Floats, curve: int, length: float) -> Floats:
-    """(3,) the place at an arc length of a curve."""
-    first, last = starts[curve], starts[curve + 1] - 1
-    edge = first + np.searchsorted(along[first : last + 1], length, side="right") - 1
-    edge = min(edge, last - 1)
-    size = along[edge + 1] - along[edge]
-    share = (length - along[edge]) / size if size > 0.0 else 0.0
-    return (1.0 - share) * points[edge] + share * points[edge + 1]
-
-
-@kernel
-def _is_near(points: Points, starts: Int64Array, curve: int, place: Floats, within: float) -> bool:
-    """Is a place within reach of a curve?"""
-    for edge in range(starts[curve], starts[curve + 1] - 1):
-        if measure_distance_to_edge(points, edge, place) <= within:
-            return True
-    return False
 
 
 def find_settled_curves(curves: PackedCurves, exact: float) -> tuple[NDArray[np.bool_], Joins]:

@@ -7,10 +7,11 @@ from domed import DOME
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb._native.viewer.solid import fill_triangles
 from patterndb.geometry.polyline import arc_length
 from query.ground import DrawingGround
 from viewer.camera import View, fit_view
-from viewer.solid import Hiding, Solid, fill_triangles, spread_farthest
+from viewer.solid import Hiding, Solid, spread_farthest
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 

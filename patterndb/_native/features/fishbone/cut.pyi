@@ -1,0 +1,6 @@
+# Bound by rust/python/src/features/fishbone/cut.rs.
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats
+
+def cheapest(costs: Floats, cross: Floats) -> tuple[Int64Array, float]:
+    """((m,) rows, cost)."""

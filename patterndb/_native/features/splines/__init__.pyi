@@ -1,0 +1,2 @@
+from . import fit as fit
+from . import knots as knots

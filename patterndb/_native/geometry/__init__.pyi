@@ -1,0 +1,9 @@
+from . import casting as casting
+from . import earclipping as earclipping
+from . import leastarea as leastarea
+from . import neighbours as neighbours
+from . import proximity as proximity
+from . import quadshape as quadshape
+from . import relaxation as relaxation
+from . import tree as tree
+from . import triangulation as triangulation

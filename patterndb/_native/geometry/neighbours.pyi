@@ -1,0 +1,7 @@
+# Bound by rust/python/src/geometry/neighbours.rs.
+from patterndb.core.halfedge import Int32Array
+
+def join(
+    quads: Int32Array, n_vertices: int, perimeter: int
+) -> tuple[Int32Array, Int32Array, Int32Array, Int32Array]:
+    """Kernel of :class:`Neighbours`: (twin, start, neighbour, border)."""

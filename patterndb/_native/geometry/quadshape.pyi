@@ -1,0 +1,6 @@
+# Bound by rust/python/src/geometry/quadshape.rs.
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
+
+def squareness(quads: Int32Array, vertices: Points) -> float:
+    """Kernel of :func:`quality`."""

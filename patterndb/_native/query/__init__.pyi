@@ -1,0 +1,9 @@
+from . import construct as construct
+from . import expand as expand
+from . import families as families
+from . import holes as holes
+from . import identity as identity
+from . import marks as marks
+from . import placing as placing
+from . import recognise as recognise
+from . import solving as solving

@@ -1,0 +1,1 @@
+from . import growing as growing

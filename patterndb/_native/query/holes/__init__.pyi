@@ -1,0 +1,10 @@
+from . import assignments as assignments
+from . import candidates as candidates
+from . import loops as loops
+from . import patterns as patterns
+from . import ranking as ranking
+from . import regular as regular
+from . import rings as rings
+from . import shape as shape
+from . import surroundings as surroundings
+from . import trees as trees

@@ -1,0 +1,26 @@
+# Bound by rust/python/src/query/holes/patterns.rs.
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
+
+def find_lies(
+    loss: Floats,
+    n: int,
+    first_side: Int32Array,
+    corner: Int32Array,
+    first_edge: Int32Array,
+    chord: Int32Array,
+    n_chords: Int32Array,
+    chiral: NDArray[np.bool_],
+    prior: Floats,
+    most: int,
+) -> tuple[Floats, Int32Array, Int32Array, NDArray[np.bool_], Int32Array]:
+    """The likeliest lies: (c,) scores, patterns, turns, mirrored, and (c, MOST_CHORDS) widths.
+
+    loss: (2, 2 n, 5) how much less likely 1 to 4 quads at a loop vertex are than the likeliest
+    number, twice around; and the same backwards. A pattern is laid along its boundary edge by edge:
+    a polychord that is met first may have any width, and is as wide where it comes out. What is
+    lost never shrinks, so that a way is left where it has lost too much.
+    """

@@ -1,0 +1,8 @@
+# Bound by rust/python/src/query/identity.rs.
+from patterndb.core.halfedge import Int32Array
+
+def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int32Array, int]:
+    """Kernel of :func:`weld`: (half-edges, fault); the fault is an index into FAULTS, 0 if none."""
+
+def read_code(quads: Int32Array, twin: Int32Array, closed: bool) -> Int32Array:
+    """Kernel of :func:`hash_quads`: the code."""

@@ -1,0 +1,11 @@
+# Bound by rust/python/src/retopo/counts/rules.rs.
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+
+def find_irregular(first_side: Int32Array, lengths: Int32Array) -> NDArray[np.bool_]:
+    """"""
+
+def is_cheap(lengths: Int32Array, low: int, high: int) -> bool:
+    """:func:`has_cheap_fill` of lengths[low:high]."""

@@ -1,0 +1,1 @@
+from . import edgecounts as edgecounts

@@ -1,0 +1,1 @@
+from . import ddqkey as ddqkey

@@ -1,0 +1,17 @@
+# Bound by rust/python/src/surfacing/chords/flatness.rs.
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.points import Points
+
+def standardised(points: Points) -> tuple[Points, float]:
+    """"""
+
+def sum_moments(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(10,) moments of points (n, 3): how many, their sums, and the sums of their products."""
+
+def find_determinant(moments: NDArray[np.float64]) -> float:
+    """The determinant of the covariance that the moments (10,) have, 0 for a planar piece.
+
+    The points must be in the axes of :func:`standardise`.
+    """

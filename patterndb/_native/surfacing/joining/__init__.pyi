@@ -1,0 +1,2 @@
+from . import meetings as meetings
+from . import survey as survey

@@ -1,0 +1,3 @@
+from . import intersections as intersections
+from . import piece as piece
+from . import planar as planar
