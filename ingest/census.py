@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.hashing import UInt64Array
 from patterndb.core.code import Code
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.reduction import ReductionWork
@@ -20,6 +19,9 @@ from patterndb.core.reduction import ReductionWork
 #: Slots of a map that only saves work: 84 MB with their values. What is forgotten at deep limits is
 #: worked out again when it is met.
 MOST_SLOTS = 1 << 22
+
+
+UInt64Array = NDArray[np.uint64]
 
 
 class KernelMesh(NamedTuple):

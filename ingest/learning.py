@@ -16,8 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.census import Census, new_census, reset_counts
-from ingest.hashing import UInt64Array
+from ingest.census import Census, UInt64Array, new_census, reset_counts
 from ingest.prepare import prepare
 from ingest.shards import cut_into_shards
 from patterndb._native.ingest.basic import count_basic

@@ -71,7 +71,7 @@ def triangulate_faces(
     points: (v, 3), welded and sorted; corners, offsets: faces as of a PolygonMesh. Of all ways
     to cut a face along its diagonals the one with the least area is taken: concave and warped
     faces are covered once, which a fan from one corner does not do. Faces of more than MOST_EXACT
-    corners are cut in their plane (:mod:`patterndb.geometry.earclipping`).
+    corners are cut in their plane (rust/geometry/src/earclipping.rs).
 
     Source: the dynamic programme of Barequet and Sharir 1995, "Filling gaps in the boundary of
     a polyhedron".

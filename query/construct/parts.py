@@ -21,9 +21,6 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.quadmesh import QuadMesh
 from query.boundary import Boundary
 
-#: Positions tried along a side; longer sides are tried in larger steps.
-MOST_STEPS = 24
-
 
 @lru_cache(maxsize=1024)
 def make_pentagon(lengths: tuple[int, int, int, int, int]) -> Int32Array:

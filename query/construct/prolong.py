@@ -15,14 +15,6 @@ from patterndb._native.query.construct.prolong import list_prolongations
 from patterndb.core.halfedge import Int64Array
 from query.boundary import MAX_PERIMETER, Boundary, CornerKind
 
-#: Sides between a reflex corner and the far end of its chord, counted the shorter way round.
-REACH = 8
-
-
-#: Lengths of a chord, and places along a side, that are tried one by one; where there are
-#: more, they are tried in larger steps, and those that make two sides equal.
-MOST_STEPS = 24
-
 
 class Prolongation(NamedTuple):
     """A chord of ``length`` edges from vertex ``start`` of the outline, a reflex corner, to

@@ -2,7 +2,7 @@
 
 With at most 4 irregular interior vertices and reflex corners together, of valence 3 to 5,
 there are 5,887 patterns up to mirror image. They are made on first use, see
-:mod:`query.families.growing`, and kept in the user's cache folder.
+rust/query/src/families/growing.rs, and kept in the user's cache folder.
 """
 
 from __future__ import annotations

@@ -61,18 +61,6 @@ FACTS = (
 
 NAMES = FACTS + MEASURES
 
-#: What is measured where no mesh is around.
-PLAIN = (
-    "log_frequency",
-    "unseen",
-    "inner_irregular",
-    "boundary_irregular",
-    "valence_3",
-    "valence_5",
-    "valence_far",
-    "log_quads",
-    *MEASURES,
-)
 
 #: What is taken for the share of patterns that no hole has shown.
 LEAST_SHARE = 1e-7

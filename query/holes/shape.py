@@ -35,10 +35,6 @@ DENSE = 160
 #: What is added to the normal equations' diagonal: loops without surroundings leave a plane open.
 RIDGE = 1e-9
 
-#: A quad is turned over where it lies folded back on the faces across two of its edges or more: the
-#: cosine of the angle between normals is less than this. Artists' own quads meet across one edge at
-#: any angle, around a thin rim; across two they hardly ever are more than 120 degrees apart.
-FOLDED = -0.5
 
 #: The numbers of :func:`measure_fill`, in order.
 MEASURES = (

@@ -20,8 +20,7 @@ from query.fill import Fill
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import Table, TableEntries
 from query.solving import cpsat
-from query.solving.batch import Question, keep_carriers, solve_rows
-from query.solving.evenness import OFF
+from query.solving.batch import OFF, Question, keep_carriers, solve_rows
 
 
 def list_loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:

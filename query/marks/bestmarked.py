@@ -46,7 +46,7 @@ class MarkedIndex:
     convex, reflex: (u,) int32 how many of them are 1, and 3.
     class_start: (s + 1,) int64; class_i, class_j, class_n: int32, the classes of strands of
                 each signature, see :class:`query.solving.systems.Chords`.
-    component, colour: (s, N) int16 of :func:`query.solving.matching.two_colour`.
+    component, colour: (s, N) int16 of the two-colouring of each graph.
     """
 
     marked: MarkedClass

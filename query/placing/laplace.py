@@ -15,10 +15,6 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from query.placing.strands import SidedDisk
 
-#: The residual is brought below this part of the right side: rounding, nearly.
-PRECISION = 1e-13
-
-
 #: Steps per free vertex. In exact arithmetic one each would do; rounding costs a few more.
 STEPS_EACH = 4
 

@@ -170,11 +170,6 @@ def _areas(quads: Int32Array, vertices: Points, up: Points) -> NDArray[np.float6
     return np.einsum("qec,qc->qe", np.cross(leaving, entering), up)
 
 
-#: Rounds of sharpening, and L-BFGS steps in each.
-ROUNDS = 14
-STEPS = 60
-
-
 #: Two rounds leave this part of the flipped corners, at most, or there are too few vertices around
 #: to open them: those that succeed leave less than half. Of MANY corners, or fewer, it is no sign;
 #: nor over a whole fill, where ways are long and success may come late.

@@ -22,10 +22,16 @@ from patterndb._native.query.solving.batch import solve_rows as _solve_rows
 from patterndb.core.halfedge import Int32Array
 from query.boundary import Boundary
 from query.orientation import list_orientations, list_sides_seen
-from query.solving.evenness import MAX_WEIGHT
 from query.solving.strokes import orient_strokes
 from query.solving.systems import Int16Array
 from query.stroke import Stroke
+
+#: What an edge off a stroke's end counts: more than any sum of squares. Perimeters are at most
+#: 2,000, so the squares add up to at most 1,000**2, each times a weight of at most MAX_WEIGHT.
+OFF = 1 << 28
+
+#: The weight of a square stays within 1..MAX_WEIGHT.
+MAX_WEIGHT = 255
 
 #: The weight of a square where all edges are equally long: fine enough to tell proportions.
 EVEN_WEIGHT = 16
@@ -150,7 +156,7 @@ class BestFits:
     """The best fits of some rows, best first: at most ``keep`` of each.
 
     row:    (f,) int64, index into the rows asked for, ascending.
-    key:    (f,) int64, see :mod:`query.solving.evenness`.
+    key:    (f,) int64, of the widths.
     orientation: (f,) int32.
     widths: (f, w) int32, of the strands in label order, 0 beyond the last.
     """

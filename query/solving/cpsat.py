@@ -23,8 +23,7 @@ from patterndb.system.deadline import LOOK_SECONDS, begin_task
 from patterndb.system.extras import require_extra
 from query.ending import NEVER, EndFlag, refuse_if_ended, wait_unless_ended
 from query.errors import InvalidQueryError, SolverError
-from query.solving.batch import BestFits, Labels, Question
-from query.solving.evenness import OFF
+from query.solving.batch import OFF, BestFits, Labels, Question
 from query.solving.solve import NO_FLOWS, OrientedStrokes, Solutions
 from query.solving.systems import Chords
 

@@ -4,7 +4,7 @@ Whether lengths can be met depends on a pattern's signature and on the orientati
 one system. A sieve refuses most of them, all orientations of a signature together
 (:mod:`query.solving.sieve`); parity may refuse others
 (:func:`query.solving.systems.is_balanced`); a flow decides the rest
-(:func:`query.solving.matching.is_matchable`), and what one orientation fails by, others of the same
+(rust/query/src/solving/matching.rs), and what one orientation fails by, others of the same
 system often do. Marcias et al. 2015, section 4, solve one integer program a pattern.
 """
 

@@ -16,7 +16,6 @@ from patterndb._native.query.solving.matching import search_matchings
 from patterndb._native.query.solving.strokes import can_carry, find_carrying_widths
 from patterndb.core.halfedge import Int32Array
 from query.errors import InvalidQueryError
-from query.solving.matching import MANY
 from query.solving.strokes import FLOW_COLUMNS
 from query.solving.systems import Chords
 
@@ -33,6 +32,9 @@ class OrientedStrokes:
     tolerance: int
 
 
+#: Counting stops here, far above what a caller asks for, as in rust/query/src/solving/matching.rs.
+MANY = 1 << 30
+
 #: No strokes.
 NO_FLOWS = OrientedStrokes(np.zeros((0, FLOW_COLUMNS), np.int32), 0)
 
@@ -42,8 +44,8 @@ class Solutions:
     """The best solutions of one system.
 
     widths:    (k, n) int32 widths >= 1 of the open polychords in label order, best first:
-               fewest edges off the strokes, then smallest sum of squares (see
-               :mod:`query.solving.evenness`), then lexicographically.
+               fewest edges off the strokes, then smallest sum of squares, then
+               lexicographically.
     truncated: are there more than these?
     """
 

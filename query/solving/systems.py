@@ -4,12 +4,11 @@ For every side s the widths of the polychords that end on it add up to the edges
 for; a polychord with both ends on s counts twice (Marcias et al. 2015, section 4). The
 polychords of one pattern that join the same two sides form a *class*: only the sum of
 their widths matters to the sides. With slack = edges asked for - base length, the sums
-solve an uncapacitated b-matching on the sides (:mod:`query.solving.matching`).
+solve an uncapacitated b-matching on the sides (rust/query/src/solving/matching.rs).
 
 :class:`Chords` is the system of one pattern. :class:`Systems` has those of a class of patterns
 ready for testing: every signature stands for one system, a graph whose nodes are the sides and
-whose edges are the classes of polychords that join them. What parity says of a system,
-:func:`two_colour` and :func:`is_balanced` tell.
+whose edges are the classes of polychords that join them.
 """
 
 from __future__ import annotations
@@ -26,9 +25,11 @@ from patterndb._native.query.solving.jointclaims import list_joint_claims
 from patterndb._native.query.solving.systems import fill, number_claims
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.patternclass import PatternClass
-from query.solving.jointclaims import MOST_SIDES
 
 Int16Array = NDArray[np.int16]
+
+#: Sides of the largest graphs with joint claims, as in rust/query/src/solving/jointclaims.rs.
+MOST_SIDES = 15
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,7 @@ class Graphs(NamedTuple):
 
     first:      (s + 1,) int32 graph r has the classes first[r]..first[r + 1] - 1.
     class_i, class_j: (c,) int16 the sides that a class joins, in the order in which
-                :func:`query.solving.halves.meet_slack` fills them.
+                the flow fills them.
     claim:      (s, w) int32 what a side asks of its neighbours: a *claim* is a side and the sides
                 that it is joined to. There are far fewer of them than sides of all graphs.
     near_first: (k + 1,) int32 the sides of claim q are near[near_first[q] : near_first[q + 1]].
@@ -151,8 +152,7 @@ class Systems(NamedTuple):
     component, colour: (s, w) int16 of :func:`query.solving.systems.two_colour`.
     parity:     (s,) bool can parity refuse an even perimeter? Not in a graph that is in one
                 piece and has an odd cycle.
-    graph, joint_first, joint: of :func:`query.solving.jointclaims.list_joint_claims`; or one graph
-                for all, without claims.
+    graph, joint_first, joint: of :func:`list_joint_claims`; or one graph for all, without claims.
     """
 
     graphs: Graphs

@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ingest.hashing import LOAD
 from patterndb._native.ingest.hashing import (
     double_map,
     double_set,
@@ -13,6 +12,9 @@ from patterndb._native.ingest.hashing import (
     hash_symbols,
     random_pairs,
 )
+
+#: Part of the slots of a table that may be filled.
+LOAD = 0.625
 
 # Few different low bits, so that keys collide and runs wrap round the table's end.
 lanes = st.one_of(st.integers(1, 40), st.sampled_from([15, 31, 2**64 - 1, 2**63 + 15, 16, 32]))

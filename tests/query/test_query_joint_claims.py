@@ -17,8 +17,10 @@ from patterndb._native.query.solving.jointclaims import is_refused, sum_needs
 from patterndb.core.halfedge import Int32Array
 from query.listing.filters import Filters
 from query.solving import feasibility
-from query.solving.jointclaims import MOST_CLAIMS, MOST_SIDES, SUMS, TABLES
-from query.solving.systems import Systems, make_systems
+from query.solving.systems import MOST_SIDES, Systems, make_systems
+
+#: As in rust/query/src/solving/jointclaims.rs: claims of a graph, and sums of five sides, three times.
+MOST_CLAIMS, TABLES, SUMS = 32, 3, 32
 
 
 def refuses(systems: Systems, row: int, need: list[int]) -> bool:

@@ -14,10 +14,12 @@ from query_cases import brute_force
 from patterndb._native.query.solving.matching import is_matchable, is_soluble
 from patterndb.core.halfedge import Int32Array
 from query.solving import cpsat, solve
-from query.solving.halves import COPY_BY, QUEUE
 from query.solving.systems import Chords, make_systems
 
 Edges = list[tuple[int, int]]
+
+#: Rows of the scratch in which a cut is found.
+COPY_BY, QUEUE = 3, 4
 
 
 def decide(w: int, edges: Edges, slack: list[int]) -> tuple[int, Int32Array, Int32Array]:

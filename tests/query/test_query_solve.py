@@ -15,7 +15,6 @@ from patterndb._native.query.solving.evenness import even_cost
 from patterndb._native.query.solving.matching import count_splits
 from query.errors import InvalidQueryError
 from query.solving import cpsat, solve
-from query.solving.matching import MANY
 from query.solving.solve import Solutions
 from query.solving.systems import Chords
 
@@ -152,4 +151,4 @@ def test_even_cost_and_splits_by_trying(parts: int, value: int) -> None:
 
 
 def test_counts_stop_at_many() -> None:
-    assert count_splits(5000, 40) == MANY
+    assert count_splits(5000, 40) == solve.MANY

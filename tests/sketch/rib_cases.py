@@ -10,7 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import Rib
-from patterndb_sketch.features.ribs.repair import SHARPEST
+
+#: As in rust/features/src/ribs/repair.rs, in shares of the radius but for SHARPEST, a cosine.
+SHARPEST, GAP, OVERHANG = -0.5, 0.055, 0.15
 
 #: The direction that ribs of sheets are across.
 ACROSS = [0.0, 1.0, 0.0]

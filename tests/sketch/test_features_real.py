@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from model_cases import soup
+from rib_cases import GAP
 from shared import EXAMPLES, SHARED
 
 from ingest.formats import read_mesh
@@ -15,7 +16,6 @@ from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import box_template, register
 from patterndb_sketch.features.ribs import RADIUS
-from patterndb_sketch.features.ribs.repair import GAP
 from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import snap

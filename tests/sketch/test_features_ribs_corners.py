@@ -7,13 +7,12 @@ import pytest
 from bodies import body, degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rib_cases import ACROSS, FARTHEST, flat, sheets, sound, to_polyline
+from rib_cases import ACROSS, FARTHEST, GAP, OVERHANG, SHARPEST, flat, sheets, sound, to_polyline
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
-from patterndb_sketch.features.ribs.repair import GAP, OVERHANG, SHARPEST
 
 
 def ray(turn: float, low: float, high: float) -> Points:

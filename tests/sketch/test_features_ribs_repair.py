@@ -8,14 +8,13 @@ from bodies import body, degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from model_cases import to_model
-from rib_cases import ACROSS, FARTHEST, arc, flat, sheets, sound, to_polyline
+from rib_cases import ACROSS, FARTHEST, GAP, arc, flat, sheets, sound, to_polyline
 from shared import SHARED
 
 from ingest.formats import read_mesh
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
-from patterndb_sketch.features.ribs.repair import GAP
 
 
 class TestRepair:

@@ -1,10 +1,12 @@
 # Bound by rust/python/src/geometry/relaxation.rs.
+import numpy as np
+from numpy.typing import NDArray
+
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb.geometry.relaxation import Complex
 
 def relax_points(
-    y: Complex,
+    y: NDArray[np.complex128],
     handles: int,
     moving: bool,
     ends: Int32Array,
@@ -14,9 +16,9 @@ def relax_points(
     size: float,
     rounds: int,
     steps: int,
-    points: Complex,
+    points: NDArray[np.complex128],
 ) -> float:
-    """Minimise :func:`measure_energy` over y, in place; return the smallest triangle area.
+    """Minimise the energy of a drawing over y, in place; return the smallest triangle area.
 
     Each of at most ``rounds`` rounds takes at most ``steps`` L-BFGS steps with one
     smoothing; once a round begins with no triangle flipped it is the last. points: (v,)

@@ -1,6 +1,5 @@
 # Bound by rust/python/src/ingest/census.rs.
-from ingest.census import Bench, KernelMesh
-from ingest.hashing import UInt64Array
+from ingest.census import Bench, KernelMesh, UInt64Array
 from patterndb.core.halfedge import Int32Array
 
 def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:

@@ -2,8 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.census import Bench, Census, KernelMesh
-from ingest.hashing import UInt64Array
+from ingest.census import Bench, Census, KernelMesh, UInt64Array
 from patterndb.core.halfedge import Int32Array
 
 def grow(

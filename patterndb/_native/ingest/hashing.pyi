@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.hashing import UInt64Array
+from ingest.census import UInt64Array
 from patterndb.core.halfedge import Index
 
 def random_pairs(n: int) -> UInt64Array:

@@ -2,7 +2,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.hashing import UInt64Array
+from ingest.census import UInt64Array
 from patterndb.core.halfedge import Int32Array
 
 def hash_rows(raw: NDArray[np.uint8], ends: NDArray[np.int64]) -> UInt64Array:

@@ -1,8 +1,9 @@
 """Ribs: the outlines of a model in planes across a curve, whatever the model's state.
 
-Read slicing (a plane's cut edges, joined to segments), crossings (how segments cross and touch),
-repair (overhangs and gaps), raster and walking (what is still tangled, by way of a picture),
-polygon (the outline, simple and sampled), and rib, which puts them together.
+Read slicing (a plane's cut edges, joined to segments) and rib. What rib puts together is in
+rust/features/src/ribs: crossings (how segments cross and touch), repair (overhangs and gaps),
+raster and walking (what is still tangled, by way of a picture), polygon (the outline, simple and
+sampled).
 """
 
 from patterndb_sketch.features.defaults import RADIUS

@@ -12,19 +12,10 @@ from numpy.typing import NDArray
 
 Picture = NDArray[np.uint64]
 
-#: Pixels of the whole picture, and of a cell's side; from the paper, section 4.3.2.
-WIDTH, HEIGHT, CELL = 800, 600, 8
 
 #: Pixels left free at every side, so that dilation never meets the border. ``MARGIN`` in
 #: rust/features/src/ribs/walking.rs is the same.
 MARGIN = 12
-
-
-#: Steps to the eight neighbours, counter-clockwise from the right.
-STEPS = np.array([[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]], np.int32)
-
-#: Pixels to either side over which a contour's direction is measured.
-SPAN = 4
 
 
 def _ring_rules() -> NDArray[np.bool_]:

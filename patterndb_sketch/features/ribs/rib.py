@@ -22,7 +22,9 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs.raster import MARGIN
 from patterndb_sketch.features.ribs.slicing import STITCH, find_plane
-from patterndb_sketch.features.ribs.walking import RIM_MET
+
+#: How a walk along an outline ends at the circle: ``Ended`` in rust/features/src/ribs/walking.rs.
+RIM_MET = 1
 
 #: Arc length to either side of the backbone, as a share of the radius, over which the side of a
 #: surface is taken.

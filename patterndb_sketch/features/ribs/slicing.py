@@ -16,10 +16,6 @@ from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 
-#: The key of an end that is none of a mesh edge's, but where the circle cuts the edge off. ``RIM``
-#: in rust/features/src/ribs/slicing.rs is the same.
-RIM = -1
-
 #: Ends this close, as a share of the model's diagonal, are stitched, and points of a segment this
 #: close are one. Coordinates in files have some seven digits.
 STITCH = 1e-6

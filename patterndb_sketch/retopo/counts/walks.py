@@ -30,9 +30,6 @@ CHEAP, IRREGULAR, FORBIDDEN = 0, 1, 2
 #: of the time (200 to 1000 patches), and beyond the last hardly any is left.
 MOST_STEPS = (6, 12, 24)
 
-#: Gains below this are rounding.
-GAIN = 1e-6
-
 
 class WalkGraph(NamedTuple):
     """What walks are searched in: *halves* are occurrences of chains in patches, two of a chain

@@ -157,10 +157,6 @@ class FieldSolver:
         return solve_laplacian(self.mesh.across, self.weight, turned, pull, right, u)
 
 
-#: Steps of the solver at most; fields of 50,000 triangles take some hundreds.
-MOST_STEPS = 4000
-
-
 def _normalised(u: Complexes) -> Complexes:
     size = np.abs(u)
     return np.where(size > 1e-30, u / np.maximum(size, 1e-30), 1.0)

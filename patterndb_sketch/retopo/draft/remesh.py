@@ -44,9 +44,6 @@ MOST_SMALL, LEAST_SHARE = 1000, 0.15
 #: Area of an equilateral triangle, in squared edges.
 EQUILATERAL = np.sqrt(3.0) / 4.0
 
-#: A border's vertex may go if its border turns there by less than this: the cosine of 10 degrees.
-STRAIGHT = 0.985
-
 
 def remesh_parts(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
     """(v, 3) vertices and (t, 3) triangles as of :func:`remesh_evenly`, but finer on each part that

@@ -20,13 +20,6 @@ from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 #: How a trace ended: at another line (its number is told), at a border, or where it was cut off.
 AT_LINE, AT_BORDER, CUT_OFF = 0, 1, 2
 
-#: Traces keep this part of a side's length from its ends, and go into a triangle at this angle at
-#: least, so that none runs into a vertex or along a side.
-OFF_ENDS, LEAST_ANGLE = 1e-3, 0.03
-
-#: A trace has so many steps at most: one that needs more turns round in a spike.
-MOST_STEPS = 6000
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Starts:

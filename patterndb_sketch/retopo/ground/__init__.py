@@ -1,8 +1,7 @@
 """The ground that is drawn on, and what can be done on it.
 
 Read :mod:`.ground`, :mod:`.orientation` and :mod:`.topology` (the triangles), :mod:`.curves`, then
-what draws on them: :mod:`.planarcut`, :mod:`.geodesic` with :mod:`.shortening`, and
-:mod:`.localmap`; :mod:`.heap` is a queue for kernels.
+what draws on them: :mod:`.planarcut`, :mod:`.geodesic` and :mod:`.localmap`.
 
 - :class:`Ground`: triangles; ``nearest``, ``nearest_facing``, ``project``, ``at``.
 - :func:`clean_stroke`: what was drawn becomes a :class:`GroundStroke`, even, smooth, on the ground.

@@ -216,13 +216,3 @@ def _seed_vertices(
         units(mean_axes / count[:, None]),
         distance,
     )
-
-
-#: A neighbour's proposal weighs its distance to this power. Source: the released program of
-#: Takayama et al. 2013.
-NEARNESS = -0.25
-
-
-#: Barycentric weights this far below 0 still count: a point on an edge has one of its two
-#: triangles.
-SLACK = 1e-9

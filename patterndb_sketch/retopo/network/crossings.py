@@ -33,11 +33,6 @@ from patterndb_sketch.retopo.network.faces import find_joined_chains, list_face
 from patterndb_sketch.retopo.network.samples import Samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
-#: Segments whose places nearest to each other, seen along the normals, are further apart than this
-#: part of their lengths do not cross: on a curved surface, where the two normals differ, nearly
-#: parallel ones may seem to.
-BESIDE = 0.25
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Crossings:

@@ -13,10 +13,6 @@ from patterndb.geometry.points import Points
 #: How flatness is measured: "relative" to the whole cycle, or as "printed" in the paper.
 Flatness = Literal["relative", "printed"]
 
-#: A cycle is planar if it spreads across its plane by less than this share of its largest
-#: spread: files keep some six digits.
-PLANAR = 1e-6
-
 
 def standardise(points: Points) -> tuple[Points, float]:
     """The points (n, 3) in axes in which their covariance is the unit matrix.

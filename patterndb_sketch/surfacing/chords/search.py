@@ -15,10 +15,6 @@ from patterndb_sketch.surfacing.chords.flatness import Flatness, standardise
 from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 
-#: Costs that differ by no more than this share of S(whole cycle) + alpha are equal. They are sums
-#: of some tens of terms, each with an error in the 16th digit.
-TIE = 1e-12
-
 
 @dataclass(frozen=True, slots=True)
 class ChordCuts:

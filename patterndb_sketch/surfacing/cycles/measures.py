@@ -28,21 +28,6 @@ MOST_EDGES = 6
 CLOSED_EDGES = 12
 
 
-#: A triangle costs no less area than this part of its edges' squared lengths: along a side of
-#: several straight curves a flat one would cost nothing, and say nothing of the surface beside it.
-THIN = 1e-6
-
-#: A cycle that turns at a node by more than this has a corner there, in radians. Above the 20
-#: degrees of a drawn corner: strokes drawn freehand seldom meet smoothly.
-TURN = math.radians(30)
-
-#: A direction that is off an edge by less than this, as a sine, runs along it.
-ALONG = 1e-9
-
-#: A curve that leaves a node less than this from a side of the cycle, in radians, runs beside
-#: that side rather than into the surface, the less so the nearer.
-BESIDE = math.radians(30)
-
 #: What a cycle earns per length. A cycle worse than this is left out even where nothing else
 #: would bound its curves.
 REWARD = 2.0

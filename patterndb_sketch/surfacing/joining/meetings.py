@@ -28,14 +28,6 @@ MAX_CONTACTS = 5_000_000
 #: degrees are within the tolerance of each other for 4 of them.
 LONG = 4.0
 
-#: A long meeting is a common stretch if the median distance within it exceeds the least by less
-#: than this share of the tolerance. Crossing lines have 0.5, touching arcs 0.25.
-FLAT = 0.1
-
-
-#: Most pairs of places that one meeting joins: the four pairs of ends, and both extremes.
-MOST_JOINS = 6
-
 
 @dataclass(frozen=True, slots=True)
 class Joins:

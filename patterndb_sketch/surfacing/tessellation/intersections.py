@@ -9,14 +9,6 @@ from patterndb._native.geometry.tree import build
 from patterndb._native.surfacing.tessellation.intersections import crossings
 from patterndb_sketch.surfacing.tessellation.triangles import split_quads
 
-#: Faces that reach through each other by less than this, as a part of the mesh's diagonal,
-#: touch: far above rounding, far below anything drawn.
-TOUCH = 1e-9
-
-#: A triangle flatter than this part of the mesh's diagonal has no plane to speak of: rounding
-#: moves its far points by TOUCH.
-THIN = 1e-7
-
 
 def find_self_intersections(points: ArrayLike, faces: ArrayLike) -> NDArray[np.int64]:
     """Find the (p, 2) pairs of faces that cross, each in rising order, sorted.

@@ -36,8 +36,6 @@ BARRED = f"too thin: its mesh in the plane joins points of one chord; {INSTEAD}"
 #: An area vector below this part of the squared extent has no direction: rounding.
 NO_AREA = 1e-12
 
-#: The residual is brought below this part of its scale: rounding, nearly.
-PRECISION = 1e-13
 
 #: Steps per inner vertex. In exact arithmetic one each would do; rounding costs a few more.
 STEPS_EACH = 4
@@ -140,7 +138,7 @@ def minimal_area(
     the pairs of points that no triangle may join unless they are neighbours; by default none.
     Returns (n - 2, 3) int64 triangles, which name points and turn as the polyline does, and the
     area in squared units. Among the triangulations of one area (to
-    :data:`patterndb.geometry.leastarea.TIE`) it takes from edge to
+    ``TIE`` in rust/geometry/src/leastarea.rs) it takes from edge to
     edge the triangle with the widest angle opposite the edge, then the lowest vertex: where the
     polyline is planar and convex, that is the Delaunay triangulation. The triangles may cross
     one another.
@@ -149,7 +147,7 @@ def minimal_area(
     MAX_VERTICES, and if every triangulation joins a barred pair.
 
     Source: Barequet and Sharir 1995, "Filling gaps in the boundary of a polyhedron", section 3,
-    see :mod:`patterndb.geometry.leastarea`.
+    see rust/geometry/src/leastarea.rs.
     """
     at = as_points(points, "the polyline's points", InvalidNetworkError)
     if len(at) < 3:

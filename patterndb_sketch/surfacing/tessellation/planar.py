@@ -29,13 +29,6 @@ GRID = 1 << 30
 #: The most points inside one polygon: some seconds, and a mesh that is surely a slip.
 MAX_INNER = 1_000_000
 
-#: Lattice points this near to the boundary, in spacings, are left out: the rows of a lattice
-#: are 0.87 apart, and the smoothing moves the outermost row to about that.
-CLEARANCE = 0.6
-
-#: Rounds of smoothing. The shapes hardly change after the fourth.
-ROUNDS = 4
-
 
 def triangulate_polygon(grid: Int64Array) -> tuple[Int64Array, Int64Array]:
     """(tail, twin) of the constrained Delaunay triangulation of a simple polygon (m, 2)."""
