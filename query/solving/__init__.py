@@ -1,4 +1,4 @@
-"""Widths that make patterns meet lengths and strokes: the compiled core, and CP-SAT as second solver.
+"""Widths that make patterns meet lengths and strokes: by the compiled core, or by CP-SAT.
 
 Read systems (what is to be solved), sieve (what need not be), strokes (what strokes make of
 a system), feasibility and batch (all patterns of a class at once), solve (one pattern) and cpsat

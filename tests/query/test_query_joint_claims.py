@@ -19,7 +19,7 @@ from query.listing.filters import Filters
 from query.solving import feasibility
 from query.solving.systems import MOST_SIDES, Systems, make_systems
 
-#: As in rust/query/src/solving/jointclaims.rs: claims of a graph, and sums of five sides, three times.
+#: As in rust/query/src/solving/jointclaims.rs: claims of a graph, sums of five sides three times.
 MOST_CLAIMS, TABLES, SUMS = 32, 3, 32
 
 
