@@ -1,3 +1,6 @@
+#: Release of the package, that of rust/Cargo.toml.
+__version__: str
+
 from . import core as core
 from . import features as features
 from . import geometry as geometry

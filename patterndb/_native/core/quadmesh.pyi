@@ -11,4 +11,6 @@ def flip_to_agree(quads: Int32Array, start: NDArray[np.int64], pairs: NDArray[np
     """
 
 def components(twin: Int32Array) -> Int32Array:
-    """"""
+    """Return the component of every quad (q,) int32, numbered by their first quads. twin: (4q,)
+    int32.
+    """

@@ -3,4 +3,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 
 def measure(logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
-    """"""
+    """Return the traits (a, k) of assignments (a, L) of quads to the vertices of a loop.
+
+    logs: (L, 4) log probability of 1 to 4 quads at each vertex. due: (L,) quads that make it
+    regular.
+    """

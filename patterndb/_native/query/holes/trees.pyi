@@ -14,4 +14,10 @@ def score_trees(
     value: NDArray[np.float32],
     base: Floats,
 ) -> Floats:
-    """"""
+    """Return the scores (n, m) that ensembles of decision trees give to rows of features (n, f).
+
+    Tree t adds to score t % m. start: (t + 1,) where the nodes of each tree begin. feature:
+    compared by a node, -1 at a leaf. threshold: the left child is taken where the feature is not
+    above it. child: the left one, counted from the tree's first node; the right one is the next.
+    value: what a leaf adds. base: (m,) scores without any tree.
+    """

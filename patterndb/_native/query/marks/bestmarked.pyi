@@ -8,7 +8,12 @@ from query.solving.systems import Int16Array
 def colours(
     class_start: NDArray[np.int64], class_i: Int32Array, class_j: Int32Array, n_sides: int
 ) -> tuple[Int16Array, Int16Array]:
-    """"""
+    """Return the component and the colour of each side, (s, n_sides) int16 each, for every
+    signature.
+
+    The classes of signature s join the sides class_i[k], class_j[k] for k from class_start[s] to
+    class_start[s + 1]. A component with an odd cycle has no colours.
+    """
 
 def find_best_row(
     lengths: Int32Array,

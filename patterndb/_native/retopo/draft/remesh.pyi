@@ -11,7 +11,10 @@ def split_long(
     """Halve edges that are too long until none is."""
 
 def mark_border(n: int, triangles: Int32Array, twin: Int32Array) -> NDArray[np.bool_]:
-    """"""
+    """Return for each of n vertices whether it lies on a border side.
+
+    triangles: (t, 3) int32. twin: (t, 3) int32, -1 at a border.
+    """
 
 def collapse_short(
     points: Points, triangles: Int32Array, twin: Int32Array, shortest: float, longest: float

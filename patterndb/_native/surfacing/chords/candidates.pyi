@@ -13,9 +13,18 @@ def order_canonically(points: NDArray[np.float64]) -> NDArray[np.int64]:
 def endpoints(
     points: NDArray[np.float64], corners: NDArray[np.bool_], bound: float
 ) -> NDArray[np.bool_]:
-    """"""
+    """Return which vertices (n,) of a loop are ends, from which chords start.
+
+    All corners; then, wherever the loop turns between two ends by more than ``bound`` (radians,
+    above 0), a local maximum of curvature if there is one, else samples that part the turning
+    evenly.
+    """
 
 def candidates(
     given_points: NDArray[np.float64], given_corners: NDArray[np.bool_], ends: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """"""
+    """Return the chords (c, 2) between ends that may split a loop: positions among the points (n,
+    3).
+
+    given_corners: (n,) bool. ends: (e,) int64.
+    """
