@@ -4,8 +4,7 @@
 
 For every page a clone (of the last commit) and a virtual environment are made in the folder. First
 README's first step that installs is done, then the page's own steps, in order: what no step
-installs, imports or makes is missed. Kernels are compiled where PATTERNDB_KERNELS names no folder
-that has them. Ends with 1 if a step failed.
+installs, imports or makes is missed. Ends with 1 if a step failed.
 """
 
 from __future__ import annotations
