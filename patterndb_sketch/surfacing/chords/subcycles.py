@@ -31,6 +31,7 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
 
 #: Counts stop here: exact below, "this many or more" at it. Twice this is still an int64.
+#: The same as in rust/surfacing/src/chords/subcycles.rs.
 MOST_COUNTED = 2**61
 
 
