@@ -15,6 +15,7 @@ from patterndb_sketch.surfacing.sampling import Loop
 #: Two lengths, angles or coordinates count as equal below this share of their scale. A curve
 #: sampled from its other end gives points that differ in the 16th digit; 1e-9 is far above
 #: that, and far below what can be seen.
+#: The same as in rust/surfacing/src/chords/candidates.rs.
 SAME = 1e-9
 
 #: A smooth stretch that turns by more than this gets an end inside, in radians: 45 degrees. The
@@ -25,9 +26,11 @@ TURNING_BOUND = math.radians(45)
 
 #: A chord hugs the loop where the shorter way along the loop is no longer than this many times
 #: the chord: it would cut off a sliver. Spec: 1.15; an arc of a circle reaches it at 104 degrees.
+#: The same as in rust/surfacing/src/chords/candidates.rs.
 HUGGING = 1.15
 
 #: Points are near each other within two edges of the loop, or this share of the chord's length.
+#: The same as in rust/surfacing/src/chords/candidates.rs.
 NEAR_EDGES = 2.0
 NEAR_SHARE = 0.25
 

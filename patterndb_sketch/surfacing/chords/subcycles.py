@@ -29,6 +29,7 @@ from patterndb._native.surfacing.chords.subcycles import counted
 from patterndb.core.halfedge import Int64Array
 
 #: Counts stop here: exact below, "this many or more" at it. Twice this is still an int64.
+#: The same as in rust/surfacing/src/chords/subcycles.rs.
 MOST_COUNTED = 2**61
 
 

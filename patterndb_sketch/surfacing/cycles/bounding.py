@@ -23,6 +23,7 @@ SWEEPS = 16
 
 #: What lacks at a curve that must be bounded twice: more than any gain, and a number that can be
 #: shared out.
+#: The same as in rust/surfacing/src/cycles/bounding.rs.
 LACKING = 1e5
 
 #: Pairs at curves, counted at each, that are weighed at most; 8 bytes each.

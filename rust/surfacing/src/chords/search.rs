@@ -39,7 +39,7 @@ pub struct Cuts {
     pub cost: f64,
     /// The chosen chords.
     pub chosen: Vec<usize>,
-    /// Where pieces end in `positions`, but for the last.
+    /// Where all pieces except the last end in `positions`.
     pub bounds: Vec<usize>,
     /// The positions of the pieces, one after another.
     pub positions: Vec<usize>,
@@ -188,7 +188,7 @@ struct Cut {
 }
 
 impl Cut {
-    /// Return the number of what is left of a sub-cycle that it cuts.
+    /// Return the number of the remainder of a sub-cycle that it cuts.
     #[inline(always)]
     fn rest(&self, own: i64) -> usize {
         (own + self.shift) as usize

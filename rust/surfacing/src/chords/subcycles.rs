@@ -143,7 +143,7 @@ impl Subcycles {
             self.base.push(at);
             let inside = self.paths_to(span.last)[span.first];
             at = MOST_COUNTED.min(at + inside);
-            // The path that is the wrap itself, number 0, is no sub-cycle.
+            // The path that is the wrap itself, number 0, does not count.
             count = MOST_COUNTED.min(count + inside - 1);
         }
         self.base.push(at);

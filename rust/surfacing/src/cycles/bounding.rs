@@ -1,10 +1,10 @@
 //! What a choice of cycles can be worth at most with each candidate.
 //!
-//! The gain of a candidate is laid on its curves in shares, and so is the cost of a pair. Whatever is
-//! chosen is then worth no more than the sum, over all curves, of the best one or two candidates at
-//! each. Shares are moved from curves where a candidate could not be missed to those where it could
-//! not be afforded, one candidate after another, and the sum falls at every step: block coordinate
-//! ascent of the dual of set packing, as in MPLP (Globerson and Jaakkola 2007).
+//! The gain of a candidate is laid on its curves in shares, and so is the cost of a pair. Any choice
+//! is then worth no more than the sum, over all curves, of the best one or two candidates at each.
+//! Shares are moved from curves where a candidate could not be missed to those where it could not be
+//! afforded, one candidate after another, and the sum falls at every step: block coordinate ascent of
+//! the dual of set packing, as in MPLP (Globerson and Jaakkola 2007).
 
 use std::ops::Range;
 
