@@ -38,32 +38,36 @@ fn to_unit_range(x: f64) -> f64 {
 /// At each corner the mean, by area, of the triangles around that lie nearly flat beside its own;
 /// those that look the other way count as if they were turned.
 pub fn blend_normals(faces: &Faces, crease: Crease) -> Vec<[Point; 3]> {
+    // What is read of a triangle lies in a row.
+    let weighted: Vec<(Point, f64)> = faces
+        .unit
+        .iter()
+        .copied()
+        .zip(faces.area.iter().copied())
+        .collect();
     let blend = |own: &Point, vertex: i32| -> Point {
-        let [from, to] = [0, 1].map(|k| faces.offsets[vertex as usize + k] as usize);
+        let vertex = vertex as usize;
+        let around = faces.offsets[vertex] as usize..faces.offsets[vertex + 1] as usize;
         let mut sum = [0.0; 3];
-        for &u in &faces.around[from..to] {
-            let (other, area) = (&faces.unit[u as usize], faces.area[u as usize]);
+        for &u in &faces.around[around] {
+            let (other, area) = &weighted[u as usize];
             let d = dot(own, other);
-            let part = (d.abs() - crease.creased) / (crease.smooth - crease.creased);
-            let share = to_unit_range(part);
-            let weight = if d >= 0.0 {
-                area * share
-            } else {
-                -area * share
-            };
+            let share =
+                to_unit_range((d.abs() - crease.creased) / (crease.smooth - crease.creased));
+            let weight = if d >= 0.0 { *area } else { -area } * share;
             for c in 0..3 {
                 sum[c] += weight * other[c];
             }
         }
         let size = length(&sum);
         if size > 0.0 {
-            sum.map(|x| x / size)
+            [sum[0] / size, sum[1] / size, sum[2] / size]
         } else {
             [0.0; 3]
         }
     };
     let each = faces.triangles.iter().zip(faces.unit);
-    each.map(|(corners, own)| corners.map(|vertex| blend(own, vertex)))
+    each.map(|([a, b, c], own)| [blend(own, *a), blend(own, *b), blend(own, *c)])
         .collect()
 }
 

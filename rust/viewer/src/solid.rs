@@ -24,7 +24,8 @@ pub struct Canvas<'a> {
 /// Return the pixels from the one at or before a place to the one at or after another, those within a
 /// picture.
 fn pixels(from: f64, to: f64, count: usize) -> std::ops::Range<usize> {
-    let first = max((from - 0.5).floor(), 0.0) as usize;
+    // Conversion takes what is before the picture to its first pixel.
+    let first = (from - 0.5) as usize;
     let last = min((to - 0.5).ceil(), count as f64 - 1.0);
     let stop = (last + 1.0) as usize;
     first.min(stop)..stop
