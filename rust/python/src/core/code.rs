@@ -16,10 +16,6 @@ fn sense(clockwise: bool) -> Sense {
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python function"
-)]
 fn rooted_code<'py>(
     py: Python<'py>,
     twin: PyReadonlyArray1<'py, i32>,
@@ -63,10 +59,6 @@ fn clockwise_start(py: Python<'_>, twin: PyReadonlyArray1<'_, i32>, h: i32) -> P
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python function"
-)]
 fn smallest_code<'py>(
     py: Python<'py>,
     twin: PyReadonlyArray1<'py, i32>,

@@ -68,10 +68,6 @@ fn track<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn carry_backbone<'py>(
     py: Python<'py>,
     points: PyReadonlyArray3<'py, f64>,

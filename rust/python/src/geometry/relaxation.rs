@@ -8,10 +8,6 @@ use crate::arrays::{run, write};
 use crate::rows::read_rows;
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn relax_points<'py>(
     py: Python<'py>,
     mut y: PyReadwriteArray1<'py, Complex64>,

@@ -110,7 +110,6 @@ fn within_box<'py>(
 }
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the tree is four arrays")]
 fn first_along<'py>(
     py: Python<'py>,
     corners: PyReadonlyArray3<'py, f64>,

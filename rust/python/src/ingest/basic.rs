@@ -10,10 +10,6 @@ use super::pulse::share;
 use crate::arrays::run;
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python function"
-)]
 fn count_basic<'py>(
     py: Python<'py>,
     first: i32,

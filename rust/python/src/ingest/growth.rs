@@ -19,10 +19,6 @@ type Grown<'py> = (
 );
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python function"
-)]
 fn grow<'py>(
     py: Python<'py>,
     roots: PyReadonlyArray1<'py, i32>,

@@ -8,10 +8,6 @@ use crate::arrays::{read, run};
 use crate::rows::{from_blocks, from_rows, read_blocks, read_rows};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn blended<'py>(
     py: Python<'py>,
     triangles: PyReadonlyArray2<'py, i32>,
@@ -37,10 +33,6 @@ fn blended<'py>(
 type ShadedArrays<'py> = (Bound<'py, PyArray3<f64>>, Bound<'py, PyArray2<f32>>);
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn seen<'py>(
     py: Python<'py>,
     corners: PyReadonlyArray3<'py, f64>,

@@ -22,7 +22,6 @@ type SlicedArrays<'py> = (
 );
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the surface is six arrays")]
 fn slice_segments<'py>(
     py: Python<'py>,
     corners: PyReadonlyArray3<'py, f64>,
@@ -66,7 +65,6 @@ fn count_rounds(gap: f64, scale: f64) -> usize {
 type OutlineArrays<'py> = (Bound<'py, PyArray2<f64>>, bool, usize, (i64, i64));
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "segments are four arrays")]
 fn trace_outline<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,

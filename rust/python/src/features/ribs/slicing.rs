@@ -70,7 +70,6 @@ type CutArrays<'py> = (
 );
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the surface is six arrays")]
 fn cut_edges<'py>(
     py: Python<'py>,
     corners: PyReadonlyArray3<'py, f64>,

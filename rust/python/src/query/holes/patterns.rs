@@ -29,10 +29,6 @@ fn from_lies<'py>(py: Python<'py>, lies: &[Lie]) -> PyResult<LieArrays<'py>> {
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn find_lies<'py>(
     py: Python<'py>,
     loss: PyReadonlyArray3<'py, f64>,

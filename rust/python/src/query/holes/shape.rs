@@ -56,10 +56,6 @@ fn laplacian_rows<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn measure_fill<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,

@@ -57,10 +57,6 @@ fn find_normals_beyond<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn own_features<'py>(
     py: Python<'py>,
     r#loop: PyReadonlyArray2<'py, f64>,

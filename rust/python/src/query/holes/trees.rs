@@ -8,10 +8,6 @@ use crate::arrays::{read, run};
 use crate::rows::{from_table, read_all};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn score_trees<'py>(
     py: Python<'py>,
     features: PyReadonlyArray2<'py, f64>,

@@ -30,10 +30,6 @@ fn colours<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn find_best_row<'py>(
     py: Python<'py>,
     lengths: PyReadonlyArray1<'py, i32>,
@@ -90,10 +86,6 @@ fn find_best_row<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn spread_strand_widths<'py>(
     py: Python<'py>,
     label: PyReadonlyArray1<'py, i16>,

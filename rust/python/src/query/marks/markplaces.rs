@@ -15,10 +15,6 @@ type RecordArrays<'py> = (
 );
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn list_records<'py>(
     py: Python<'py>,
     flat: PyReadonlyArray1<'py, u16>,

@@ -33,10 +33,6 @@ fn find_pieces<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn compute_energy<'py>(
     py: Python<'py>,
     quads: PyReadonlyArray2<'py, i32>,
@@ -71,10 +67,6 @@ fn count_flipped_corners<'py>(
 // The default of left_over is LEFT of the Python module.
 #[pyfunction]
 #[pyo3(signature = (quads, wanted, up, free, frames, size, points, left_over=0.75))]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn minimise_energy<'py>(
     py: Python<'py>,
     quads: PyReadonlyArray2<'py, i32>,

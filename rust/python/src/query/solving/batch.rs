@@ -12,10 +12,6 @@ use crate::flag::{CancelFlag, is_set};
 use crate::rows::{read_all, read_rows, write_all};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn keep_carrying<'py>(
     py: Python<'py>,
     words: PyReadonlyArray1<'py, i16>,
@@ -58,10 +54,6 @@ fn keep_carrying<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn solve_rows<'py>(
     py: Python<'py>,
     words: PyReadonlyArray1<'py, i16>,

@@ -49,10 +49,6 @@ impl QueryArrays<'_> {
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn mark<'py>(
     py: Python<'py>,
     systems: SystemArrays<'py>,

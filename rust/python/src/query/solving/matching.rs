@@ -13,10 +13,6 @@ use crate::arrays::{read, run};
 use crate::rows::{from_table, read_all, write_all};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn is_matchable<'py>(
     py: Python<'py>,
     slack: PyReadonlyArray1<'py, i32>,

@@ -25,10 +25,6 @@ fn compare_pairs<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn state_claims<'py>(
     py: Python<'py>,
     lengths: PyReadonlyArray2<'py, i32>,
@@ -55,10 +51,6 @@ fn state_claims<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn sift_system<'py>(
     py: Python<'py>,
     row: usize,

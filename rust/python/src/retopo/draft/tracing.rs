@@ -30,10 +30,6 @@ type Traced<'py> = (
 );
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn trace_all<'py>(
     py: Python<'py>,
     flat: PyReadonlyArray3<'py, f64>,

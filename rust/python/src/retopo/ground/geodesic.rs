@@ -16,7 +16,6 @@ type RouteArrays<'py> = (
 );
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the edges are five arrays")]
 fn search_route<'py>(
     py: Python<'py>,
     vertices: PyReadonlyArray2<'py, f64>,

@@ -54,7 +54,6 @@ type SpreadArrays<'py> = (
 );
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the seeds are four arrays")]
 fn spread_front<'py>(
     py: Python<'py>,
     vertices: PyReadonlyArray2<'py, f64>,
@@ -139,7 +138,6 @@ fn file_triangles<'py>(
 type HitArrays<'py> = (Bound<'py, PyArray1<i32>>, Bound<'py, PyArray2<f64>>);
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "the grid is three arrays")]
 fn find_containing<'py>(
     py: Python<'py>,
     uv: PyReadonlyArray2<'py, f64>,

@@ -102,7 +102,6 @@ fn pull_tight<'py>(
 }
 
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "a strip is four arrays")]
 fn shorten_strip<'py>(
     py: Python<'py>,
     vertices: PyReadonlyArray2<'py, f64>,

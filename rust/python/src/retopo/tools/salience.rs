@@ -9,10 +9,6 @@ use crate::arrays::{read, run};
 use crate::rows::{from_blocks, read_rows};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn sum_dots<'py>(
     py: Python<'py>,
     at: PyReadonlyArray2<'py, f64>,

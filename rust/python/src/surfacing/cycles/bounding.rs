@@ -7,10 +7,6 @@ use pyo3::prelude::*;
 use crate::arrays::{read, run, write};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn spread_costs<'py>(
     py: Python<'py>,
     first: PyReadonlyArray1<'py, i64>,
@@ -40,10 +36,6 @@ fn spread_costs<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn move_shares<'py>(
     py: Python<'py>,
     first: PyReadonlyArray1<'py, i64>,

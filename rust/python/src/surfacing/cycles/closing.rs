@@ -12,10 +12,6 @@ use crate::arrays::{read, run, write};
 use crate::rows::{read_rows, write_all};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn measure_ways<'py>(
     py: Python<'py>,
     end: PyReadonlyArray1<'py, i64>,
@@ -40,10 +36,6 @@ fn measure_ways<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn find_closing_paths<'py>(
     py: Python<'py>,
     start: PyReadonlyArray1<'py, i64>,
@@ -97,10 +89,6 @@ fn find_closing_paths<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn find_flat_polygon<'py>(
     py: Python<'py>,
     start: PyReadonlyArray1<'py, i64>,

@@ -8,10 +8,6 @@ use crate::arrays::{read, run, write};
 use crate::rows::{read_rows, write_rows};
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn measure<'py>(
     py: Python<'py>,
     steps: PyReadonlyArray1<'py, i64>,

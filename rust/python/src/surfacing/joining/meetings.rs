@@ -21,10 +21,6 @@ type JoinArrays<'py> = (
 );
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn contacts<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,
@@ -84,10 +80,6 @@ fn components<'py>(
 }
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn joins<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,

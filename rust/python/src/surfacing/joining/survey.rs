@@ -8,10 +8,6 @@ use crate::arrays::{read, run};
 use crate::rows::read_rows;
 
 #[pyfunction]
-#[expect(
-    clippy::too_many_arguments,
-    reason = "they are those of the Python kernel"
-)]
 fn select_seam_joins<'py>(
     py: Python<'py>,
     points: PyReadonlyArray2<'py, f64>,
