@@ -19,10 +19,6 @@ from patterndb.geometry.points import units
 from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
-#: From the end of a path to be found, the lengths of the ways to this many nodes, the nearest, are
-#: known exactly; others are at least as far as the last of these. All pairs of nodes would take
-#: memory with the square of their number, and patches are local.
-NEAR_NODES = 512
 
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.

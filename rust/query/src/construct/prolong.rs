@@ -7,8 +7,7 @@
 /// Sides between a reflex corner and the far end of its chord, counted the shorter way round.
 const REACH: usize = 8;
 
-/// Reflex corners from which cuts are tried; where there are more, the first ones. Python has the same
-/// number.
+/// Reflex corners from which cuts are tried; where there are more, the first ones.
 const MOST_REFLEX: usize = 8;
 
 /// Lengths of a chord, and places along a side, that are tried one by one; where there are more, they

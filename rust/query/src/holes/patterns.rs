@@ -9,8 +9,7 @@ use std::ops::Range;
 use patterndb_geometry::sorting::argsort;
 use patterndb_geometry::vector::max;
 
-/// Patterns with more open polychords are left out; `MOST_CHORDS` in query/holes/patterns.py is the
-/// same, and so are the next two.
+/// Patterns with more open polychords are not kept.
 pub const MOST_CHORDS: usize = 40;
 
 /// Steps after which the search in one pattern ends.

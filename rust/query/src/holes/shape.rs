@@ -10,8 +10,8 @@ use super::{edge_key, sum_products};
 use crate::identity::HalfEdgesByTail;
 
 /// A quad is turned over where it lies folded back on the faces across two of its edges or more: the
-/// cosine of the angle between normals is less than this. `FOLDED` in query/holes/shape.py is the
-/// same, which gives the reason.
+/// cosine of the angle between normals is less than this. Artists' own quads meet across one edge at
+/// any angle, around a thin rim; across two they hardly ever are more than 120 degrees apart.
 const FOLDED: f64 = -0.5;
 
 /// A fill and the faces around it. The loop's vertices come first, then the others of the faces
