@@ -87,7 +87,7 @@ impl Cover {
         let height = self.rows.len() / self.width;
         // A place above the window is taken to its first row.
         let first = (y0 as usize).min(height);
-        let stop = (y1 as usize + 1).clamp(first, height);
+        let stop = (y1 as usize).saturating_add(1).clamp(first, height);
         let rows = &mut self.rows[first * self.width..stop * self.width];
         for (row, cover) in (first as u32..).zip(rows.chunks_exact_mut(self.width)) {
             let row = f64::from(row);
