@@ -35,8 +35,8 @@ impl Faces<'_> {
 pub fn turn_alike(faces: Faces, same: &[bool]) -> (Vec<bool>, Option<usize>) {
     let mut flip = vec![false; faces.len()];
     let mut seen = vec![false; faces.len()];
-    let mut members = Vec::new();
-    let mut stack = Vec::new();
+    let mut members = Vec::with_capacity(faces.len());
+    let mut stack = Vec::with_capacity(faces.len());
     for root in 0..faces.len() {
         if seen[root] {
             continue;
@@ -44,8 +44,10 @@ pub fn turn_alike(faces: Faces, same: &[bool]) -> (Vec<bool>, Option<usize>) {
         seen[root] = true;
         stack.push(root);
         members.clear();
+        let mut turned = 0;
         while let Some(f) = stack.pop() {
             members.push(f);
+            turned += usize::from(flip[f]);
             for (h, other) in faces.across(f) {
                 let wanted = flip[f] != same[h];
                 if !seen[other] {
@@ -57,7 +59,6 @@ pub fn turn_alike(faces: Faces, same: &[bool]) -> (Vec<bool>, Option<usize>) {
                 }
             }
         }
-        let turned = members.iter().filter(|&&f| flip[f]).count();
         if 2 * turned > members.len() {
             for &f in &members {
                 flip[f] = !flip[f];

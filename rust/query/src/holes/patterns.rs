@@ -123,21 +123,12 @@ impl Stretches {
 
     /// Return what corners lose at least on `span` vertices from `i` on, added to `lost`; `corners`
     /// has the numbers of corners by their quads.
-    fn add_least(
-        &self,
-        lost: f64,
-        hand: usize,
-        i: usize,
-        span: usize,
-        corners: &[u8; KINDS],
-    ) -> f64 {
+    fn add_least(&self, lost: f64, hand: usize, i: usize, span: usize, corners: &Corners) -> f64 {
         let n = self.n;
         let first = ((hand * n + i) * n + span) * CORNERS.len() * (n + 1);
-        let by_number = self.rest[first..][..CORNERS.len() * (n + 1)].chunks_exact(n + 1);
-        let least = by_number
-            .zip(CORNERS)
-            .map(|(least, quads)| least[usize::from(corners[quads])]);
-        least.fold(lost, |lost, least| lost + least)
+        let least = &self.rest[first..][..CORNERS.len() * (n + 1)];
+        let [convex, reflex, full] = corners.map(usize::from);
+        lost + least[convex] + least[n + 1 + reflex] + least[2 * (n + 1) + full]
     }
 }
 
@@ -192,20 +183,35 @@ fn bound_patterns(loss: &[[f64; KINDS]], tables: &Tables) -> Vec<f64> {
     tables.prior.iter().enumerate().map(bound).collect()
 }
 
-/// The boundary of a pattern, edge by edge.
+/// Numbers of corners, by their quads as in [`CORNERS`].
+type Corners = [u8; CORNERS.len()];
+
+/// The boundary of a pattern.
 struct Outline {
-    /// The quads at the vertex where each edge begins.
-    kind: Vec<usize>,
-    /// The polychord across each edge.
-    chord: Vec<usize>,
-    /// Whether an edge's polychord was not met before.
-    first_met: Vec<bool>,
-    /// The last edge of those.
-    last_met: usize,
-    /// Corners beyond the vertex where each edge ends, by their quads.
-    ahead: Vec<[u8; KINDS]>,
+    edges: Vec<Edge>,
+    /// The quads at the vertex where the first edge begins.
+    first: usize,
     /// The number of polychords.
     n_chords: usize,
+}
+
+/// An edge of a pattern's boundary.
+struct Edge {
+    /// The polychord across it.
+    chord: usize,
+    /// Whether the polychord was not met before; whether it is the last of those.
+    is_first_met: bool,
+    is_last_met: bool,
+    /// The vertex where the edge ends; None where that is the first vertex of the boundary.
+    end: Option<End>,
+}
+
+/// The vertex where an edge of a pattern's boundary ends.
+#[derive(Clone, Copy)]
+struct End {
+    quads: usize,
+    /// Corners beyond it.
+    beyond: Corners,
 }
 
 impl Outline {
@@ -213,33 +219,46 @@ impl Outline {
     fn new(tables: &Tables, pattern: usize, n_chords: usize) -> Outline {
         let sides = tables.sides(pattern);
         let begin = tables.first_edge[sides.start] as usize;
-        let edges = 2 * n_chords;
-        let mut kind = vec![STRAIGHT; edges];
+        let chords = &tables.chord[begin..][..2 * n_chords];
+        let mut quads = vec![STRAIGHT; chords.len()];
         for side in sides {
             if tables.corner[side] > 0 {
-                kind[tables.first_edge[side] as usize - begin] = tables.corner[side] as usize;
+                quads[tables.first_edge[side] as usize - begin] = tables.corner[side] as usize;
             }
         }
-        let chord: Vec<usize> = tables.chord[begin..][..edges]
-            .iter()
-            .map(|&chord| chord as usize)
-            .collect();
-        let first_met: Vec<bool> = (0..edges)
-            .map(|e| !chord[..e].contains(&chord[e]))
-            .collect();
-        let mut ahead = vec![[0; KINDS]; edges];
-        for e in (1..edges - 1).rev() {
-            ahead[e - 1] = ahead[e];
-            ahead[e - 1][kind[e + 1]] += 1;
+        let is_first_met = |e: usize| !chords[..e].contains(&chords[e]);
+        let last_met = (0..chords.len()).rfind(|&e| is_first_met(e));
+        let mut edges = Vec::with_capacity(chords.len());
+        let mut end = None;
+        for e in (0..chords.len()).rev() {
+            edges.push(Edge {
+                chord: chords[e] as usize,
+                is_first_met: is_first_met(e),
+                is_last_met: last_met == Some(e),
+                end,
+            });
+            end = Some(End {
+                quads: quads[e],
+                beyond: end.map_or([0; CORNERS.len()], End::add_to_beyond),
+            });
         }
+        edges.reverse();
         Outline {
-            last_met: first_met.iter().rposition(|&first| first).unwrap_or(0),
-            kind,
-            chord,
-            first_met,
-            ahead,
+            edges,
+            first: quads[0],
             n_chords,
         }
+    }
+}
+
+impl End {
+    /// Return the corners from this vertex on.
+    fn add_to_beyond(self) -> Corners {
+        let mut corners = self.beyond;
+        if let Some(corner) = CORNERS.iter().position(|&quads| quads == self.quads) {
+            corners[corner] += 1;
+        }
+        corners
     }
 }
 
@@ -335,7 +354,7 @@ impl Search<'_> {
         let first = Step {
             at: self.start,
             spare: self.loss.n / 2 - self.outline.n_chords,
-            lost: self.loss.items[self.hand][self.start][self.outline.kind[0]],
+            lost: self.loss.items[self.hand][self.start][self.outline.first],
         };
         if self.prior - first.lost <= likeliest.floor {
             return;
@@ -346,11 +365,12 @@ impl Search<'_> {
             if *looked >= MOST_LOOKED {
                 break;
             }
-            let Some(width) = self.choose_width(step) else {
+            let edge = &self.outline.edges[self.steps.len() - 1];
+            let Some(width) = self.choose_width(edge, step) else {
                 self.steps.pop();
                 continue;
             };
-            match self.lay_edge(step, width, likeliest.floor) {
+            match self.lay_edge(edge, step, width, likeliest.floor) {
                 Laid::Wider => {}
                 Laid::Back => {
                     self.steps.pop();
@@ -363,83 +383,77 @@ impl Search<'_> {
     }
 
     fn begin_edge(&mut self, step: Step) {
-        let edge = self.steps.len();
-        if self.outline.first_met[edge] {
-            self.widths[self.outline.chord[edge]] = 0;
+        let edge = &self.outline.edges[self.steps.len()];
+        if edge.is_first_met {
+            self.widths[edge.chord] = 0;
         }
         self.steps.push(step);
     }
 
-    /// Return the next width of the polychord across the last edge; None where there is none.
-    fn choose_width(&mut self, step: Step) -> Option<usize> {
-        let edge = self.steps.len() - 1;
-        let chord = self.outline.chord[edge];
-        let width = &mut self.widths[chord];
-        if self.outline.first_met[edge] {
+    /// Return the next width of the polychord across an edge; None where there is none.
+    fn choose_width(&mut self, edge: &Edge, step: Step) -> Option<usize> {
+        let width = &mut self.widths[edge.chord];
+        if edge.is_first_met {
             *width = match *width {
                 // The last polychord to be met takes all that is spare.
-                0 if edge == self.outline.last_met => step.spare + 1,
+                0 if edge.is_last_met => step.spare + 1,
                 width => width + 1,
             };
             if *width > step.spare + 1 {
                 return None;
             }
-        } else if self.laid[chord] {
-            self.laid[chord] = false;
+        } else if self.laid[edge.chord] {
+            self.laid[edge.chord] = false;
             return None;
         }
         Some(*width)
     }
 
-    /// Lay the last edge across a polychord of this width.
-    fn lay_edge(&mut self, step: Step, width: usize, floor: f64) -> Laid {
-        let outline = self.outline;
-        let edge = self.steps.len() - 1;
-        let first_met = outline.first_met[edge];
-        let is_last = edge + 1 == outline.kind.len();
+    /// Lay an edge across a polychord of this width.
+    fn lay_edge(&mut self, edge: &Edge, step: Step, width: usize, floor: f64) -> Laid {
         let passed = &self.loss.passed[self.hand];
         let there = step.at + width;
-        let mut lost = step.lost + passed[there] - passed[step.at + 1];
-        if !is_last {
-            lost += self.loss.items[self.hand][there][outline.kind[edge + 1]];
+        let (before, after) = (passed[step.at + 1], passed[there]);
+        let mut lost = step.lost + after - before;
+        let mut least = lost;
+        if let Some(end) = &edge.end {
+            lost += self.loss.items[self.hand][there][end.quads];
+            least = self.add_rest(lost, there, &end.beyond);
         }
-        let least = if is_last {
-            lost
-        } else {
-            self.add_rest(lost, there, &outline.ahead[edge])
-        };
         if self.prior - least <= floor {
             // Wider still loses more only where the vertices that are passed do.
-            let gone = passed[there] - passed[step.at + 1];
-            let is_hopeless = !first_met || self.prior - step.lost - gone <= floor;
+            let gone = after - before;
+            let is_hopeless = !edge.is_first_met || self.prior - step.lost - gone <= floor;
             return if is_hopeless { Laid::Back } else { Laid::Wider };
         }
-        let spare = if first_met {
+        let spare = if edge.is_first_met {
             step.spare + 1 - width
         } else {
-            self.laid[outline.chord[edge]] = true;
+            self.laid[edge.chord] = true;
             step.spare
         };
-        if is_last {
-            return Laid::Whole { lost, spare };
+        match edge.end {
+            Some(_) => Laid::Ahead(Step {
+                at: there,
+                spare,
+                lost,
+            }),
+            None => Laid::Whole { lost, spare },
         }
-        Laid::Ahead(Step {
-            at: there,
-            spare,
-            lost,
-        })
     }
 
     /// Return what is lost at least in the end, where so much was lost up to a vertex, and corners
     /// follow.
-    fn add_rest(&self, lost: f64, there: usize, corners: &[u8; KINDS]) -> f64 {
+    fn add_rest(&self, lost: f64, there: usize, corners: &Corners) -> f64 {
         let n = self.loss.n;
         let end = self.start + n;
         let passed = &self.loss.passed[self.hand];
+        let next = there + 1;
+        let place = if next < n { next } else { next - n };
+        let span = end - next;
         let stretches = &self.loss.stretches;
-        let span = end - 1 - there;
-        let least = stretches.add_least(lost, self.hand, (there + 1) % n, span, corners);
-        least + (passed[end] - passed[there + 1])
+        let least = stretches.add_least(lost, self.hand, place, span, corners);
+        least + (passed[end] - passed[next])
     }
 
     fn make_lie(&self, lost: f64) -> Lie {
@@ -504,7 +518,7 @@ fn look_at_pattern(loss: &Loss, tables: &Tables, pattern: usize, likeliest: &mut
                 pattern: pattern as i32,
                 hand,
                 start,
-                steps: Vec::with_capacity(outline.kind.len()),
+                steps: Vec::with_capacity(outline.edges.len()),
                 widths: [0; MOST_CHORDS],
                 laid: [false; MOST_CHORDS],
             };

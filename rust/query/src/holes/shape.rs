@@ -38,8 +38,10 @@ impl<'a> Mesh<'a> {
     /// Iterate over the faces' corners: each vertex, the next and the one before in its face.
     fn all_corners(&self) -> impl Iterator<Item = [i64; 3]> + use<'a> {
         let of_face = |face: &'a [i64]| {
-            let k = face.len();
-            (0..k).map(move |e| [face[e], face[(e + 1) % k], face[(e + k - 1) % k]])
+            let next = face.iter().cycle().skip(1);
+            let before = face.last().into_iter().chain(face);
+            let around = face.iter().zip(next).zip(before);
+            around.map(|((&v, &next), &before)| [v, next, before])
         };
         self.faces().flat_map(of_face)
     }
@@ -57,7 +59,8 @@ pub struct Neighbours {
 /// List the neighbours of every vertex: for each face, the next vertex and the one before.
 pub fn neighbours(mesh: &Mesh, n_points: usize) -> Neighbours {
     let mut start = vec![0; n_points + 1];
-    for [v, ..] in mesh.all_corners() {
+    let vertices = mesh.corners.iter().chain(mesh.quads.as_flattened());
+    for &v in vertices {
         start[v as usize + 1] += 2;
     }
     for v in 0..n_points {
@@ -65,12 +68,12 @@ pub fn neighbours(mesh: &Mesh, n_points: usize) -> Neighbours {
     }
     let mut free = start.clone();
     let mut beside = vec![0; start[n_points] as usize];
-    for [v, next, before] in mesh.all_corners() {
+    mesh.all_corners().for_each(|[v, next, before]| {
         let free = &mut free[v as usize];
         let at = *free as usize;
-        (beside[at], beside[at + 1]) = (next, before);
+        beside[at..at + 2].copy_from_slice(&[next, before]);
         *free += 2;
-    }
+    });
     Neighbours { start, beside }
 }
 
