@@ -132,7 +132,8 @@ def test_two_strokes_on_one_polychord_need_two_strands() -> None:
     ]
     assert not solve.is_feasible(grid, [3, 2, 3, 2], OrientedStrokes(across, 0))
     assert solve.is_feasible(grid, [3, 2, 3, 2], OrientedStrokes(across, 1))
-    assert not solve.is_feasible(grid, [1, 2, 1, 2], OrientedStrokes(across * [1, 0, 1, 0], 3))
+    at_corners = np.array([[0, 0, 2, 0], [0, 0, 2, 0]], np.int32)
+    assert not solve.is_feasible(grid, [1, 2, 1, 2], OrientedStrokes(at_corners, 3))
 
 
 def test_the_second_end_sees_strands_in_reverse() -> None:

@@ -7,13 +7,16 @@ use pyo3::prelude::*;
 use crate::arrays::{read, run};
 use crate::rows::from_rows;
 
+/// Cuts as rows, and guesses of their irregular vertices.
+type Cuts<'py> = (Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<f64>>);
+
 #[pyfunction]
 fn list_prolongations<'py>(
     py: Python<'py>,
     lengths: PyReadonlyArray1<'py, i64>,
     counts: PyReadonlyArray1<'py, i64>,
     most_perimeter: i64,
-) -> PyResult<(Bound<'py, PyArray2<i64>>, Bound<'py, PyArray1<f64>>)> {
+) -> PyResult<Cuts<'py>> {
     let (lengths, counts) = (read(&lengths)?, read(&counts)?);
     let cuts = run(py, || {
         prolong::list_prolongations(lengths, counts, most_perimeter)

@@ -6,13 +6,16 @@ use pyo3::prelude::*;
 
 use crate::arrays::run;
 
+/// Codes one after the other, and where each begins and the last ends.
+type Codes<'py> = (Bound<'py, PyArray1<u16>>, Bound<'py, PyArray1<i64>>);
+
 #[pyfunction]
 fn grow_patterns<'py>(
     py: Python<'py>,
     most: i32,
     valence: i32,
     max_quads: usize,
-) -> PyResult<(Bound<'py, PyArray1<u16>>, Bound<'py, PyArray1<i64>>)> {
+) -> PyResult<Codes<'py>> {
     let bounds = Bounds {
         most,
         valence,

@@ -8,6 +8,9 @@ use crate::arrays::{read, run};
 use crate::query::solving::list_classes;
 use crate::rows::{from_table, read_all};
 
+/// Components and colours.
+type Colours<'py> = (Bound<'py, PyArray2<i16>>, Bound<'py, PyArray2<i16>>);
+
 #[pyfunction]
 fn colours<'py>(
     py: Python<'py>,
@@ -15,7 +18,7 @@ fn colours<'py>(
     class_i: PyReadonlyArray1<'py, i32>,
     class_j: PyReadonlyArray1<'py, i32>,
     n_sides: usize,
-) -> PyResult<(Bound<'py, PyArray2<i16>>, Bound<'py, PyArray2<i16>>)> {
+) -> PyResult<Colours<'py>> {
     let classes = ClassTable {
         start: read(&class_start)?,
         i: read(&class_i)?,
@@ -28,6 +31,9 @@ fn colours<'py>(
         from_table(py, n, n_sides, colour)?,
     ))
 }
+
+/// The fields of [`bestmarked::BestRow`], the row -1 where there is none.
+type Best<'py> = (i64, usize, i32, i32, Bound<'py, PyArray1<i32>>);
 
 #[pyfunction]
 fn find_best_row<'py>(
@@ -48,7 +54,7 @@ fn find_best_row<'py>(
     class_j: PyReadonlyArray1<'py, i32>,
     component: PyReadonlyArray2<'py, i16>,
     colour: PyReadonlyArray2<'py, i16>,
-) -> PyResult<(i64, usize, i32, i32, Bound<'py, PyArray1<i32>>)> {
+) -> PyResult<Best<'py>> {
     let outline = Outline {
         lengths: read(&lengths)?,
         asked: read(&asked)?,
