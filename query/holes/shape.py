@@ -71,7 +71,7 @@ BENDING = MEASURES.index("bending")
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedFill:
     """points: (k, 3) inner vertices in the fill's order. measures: see MEASURES. flipped: quads
-    that are folded back onto the faces across two of their edges (rust/query/src/holes/shape.rs)."""
+    that are folded back onto the faces across two of their edges."""
 
     points: Floats
     measures: Floats
