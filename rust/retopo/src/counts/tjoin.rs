@@ -227,14 +227,14 @@ impl Forest {
     fn offer(&mut self, u: usize) {
         let (n, within, dual) = (self.n, self.top[u], self.dual[u]);
         let row = &self.weight[n * u..n * u + n];
-        for v in 0..n {
+        for (v, weight) in row.iter().enumerate() {
             let top = self.top[v];
             if top == within {
                 continue;
             }
             let t = self.tightest[v];
             // What is in one node with v is of no use to it any more.
-            if t == NONE || self.top[t] == top || row[v] - dual < self.slack(t, v) {
+            if t == NONE || self.top[t] == top || weight - dual < self.slack(t, v) {
                 self.tightest[v] = u;
             }
         }
@@ -316,7 +316,7 @@ impl Forest {
             // Kids 1 and 2 are matched, 3 and 4, and so on. From an even place the pairs go round
             // downwards, from an odd one upwards, until they take in the kid that was the base.
             let k = kids.len();
-            let pairs = if j % 2 == 0 { 0..j } else { j + 1..k };
+            let pairs = if j.is_multiple_of(2) { 0..j } else { j + 1..k };
             for i in pairs.step_by(2) {
                 let [here, there] = links[i];
                 self.mate[here] = there;
@@ -415,7 +415,7 @@ impl Forest {
             }
         }
         // From where the tree enters to the base, round the side that begins with a matched edge.
-        let down = j % 2 == 0;
+        let down = j.is_multiple_of(2);
         loop {
             let odd = kids[j];
             self.label[odd] = Label::Odd;

@@ -267,12 +267,12 @@ impl Head {
         self.angle = field.angle[triangle] + f64::from(self.direction) * (PI / 2.0);
         let over = (self.angle - along).rem_euclid(2.0 * PI);
         if !(LEAST_ANGLE < over && over < PI - LEAST_ANGLE) {
-            let flat_on = over < PI / 2.0 || over > 1.5 * PI;
+            let turns_back = (PI / 2.0..=1.5 * PI).contains(&over);
             self.angle = along
-                + if flat_on {
-                    LEAST_ANGLE
-                } else {
+                + if turns_back {
                     PI - LEAST_ANGLE
+                } else {
+                    LEAST_ANGLE
                 };
         }
         self.triangle = triangle;

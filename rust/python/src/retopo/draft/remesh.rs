@@ -10,9 +10,11 @@ use pyo3::prelude::*;
 use crate::arrays::{read, run, write};
 use crate::rows::{from_rows, read_rows, write_rows};
 
+type Points<'py> = Bound<'py, PyArray2<f64>>;
+
 /// Vertices, triangles and twins.
 type MeshArrays<'py> = (
-    Bound<'py, PyArray2<f64>>,
+    Points<'py>,
     Bound<'py, PyArray2<i32>>,
     Bound<'py, PyArray1<i32>>,
 );
@@ -96,7 +98,7 @@ fn relax<'py>(
     points: PyReadonlyArray2<'py, f64>,
     triangles: PyReadonlyArray2<'py, i32>,
     border: PyReadonlyArray1<'py, bool>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+) -> PyResult<(Points<'py>, Points<'py>)> {
     let (points, triangles) = (read_rows(&points)?, read_rows(&triangles)?);
     let border = read(&border)?;
     let (moved, normals) = run(py, || remesh::relax(points, triangles, border))?;
