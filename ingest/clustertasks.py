@@ -17,9 +17,9 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from patterndb.system.version import __version__
 
 from ingest.learning import MeshLearning, Tally, merge_tallies
+from patterndb._native import __version__
 from patterndb.core.code import pattern_ids
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import PackedRows

@@ -8,4 +8,4 @@ and constructed (what they come to, best first).
 from query.construct.constructed import construct_fills
 from query.construct.plan import Lookup, MeshPart, PartFill, compose_parts
 
-__all__ = ["Lookup", "MeshPart", "PartFill", "compose_parts", "construct_fills", "split_loop"]
+__all__ = ["Lookup", "MeshPart", "PartFill", "compose_parts", "construct_fills"]

@@ -39,7 +39,7 @@ CLAIMS_PER_THREAD = 4096
 Flag = NDArray[np.uint8]
 
 
-class _Query(NamedTuple):
+class FeasibilityQuery(NamedTuple):
     """What is asked of a class, for the kernels.
 
     lengths: (n, w) int32, a *lane* for each different way in which a signature sees the boundary.
@@ -171,7 +171,7 @@ def _answer(
             state_claims(*of_claims, claims[first:last], first, stated[first:last])
 
         share_out(state, range(0, len(claims), CLAIMS_PER_THREAD), threads)
-    query = _Query(
+    query = FeasibilityQuery(
         lengths,
         compared,
         marks,

@@ -107,16 +107,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("query --sides 2,2,2,2 --db a.db --limit 2", {"query"}),
         (
             "query --sides 2,2,2,2 --db a.db --limit 2 --image a.png",
-            {"query", "viewer", "scipy.sparse"},
+            {"query", "viewer", "scipy", "scipy.sparse"},
         ),
         (
             "gallery --class 4 --db a.db --limit 3 -o a.svg",
-            {"query", "viewer", "scipy.sparse"},
+            {"query", "viewer", "scipy", "scipy.sparse"},
         ),
-        ("fill boundary.json --db a.db -o a.obj", {"query", "scipy.sparse"}),
+        ("fill boundary.json --db a.db -o a.obj", {"query", "scipy", "scipy.sparse"}),
         (
             "surface triangle.json -o a.obj",
-            {"ingest", "query", "patterndb_sketch", "scipy.sparse", "scipy.spatial"},
+            {"ingest", "query", "patterndb_sketch", "scipy", "scipy.sparse", "scipy.spatial"},
         ),
     ],
 )

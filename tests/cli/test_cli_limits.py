@@ -196,7 +196,7 @@ def test_ctrl_c_that_a_callback_drops_is_raised_again() -> None:
         "    def find_spec(self, name, path=None, target=None):\n"
         "        if name == 'patterndb_app.cli.listing':\n"
         "            ctypes.CFUNCTYPE(None)(interrupt)()\n"
-        "            for _ in range(500):\n"
+        "            for _ in range(6000):\n"
         "                time.sleep(0.01)\n"
         "sys.meta_path.insert(0, Interrupts())\n"
         "from patterndb_app.__main__ import main\n"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import zipfile
 from pathlib import Path
 
 import pytest
@@ -86,15 +85,3 @@ def test_nothing_is_said_where_nothing_is_hidden(tmp_path: Path, words: list[str
     ):
         done = run(folder, *words, path=path)
         assert done.returncode == 0, done.stderr
-
-
-def test_nor_in_a_zip_file(tmp_path: Path) -> None:
-    with zipfile.ZipFile(tmp_path / "all.zip", "w") as archive:
-        for name in ("patterndb", "patterndb/core", "patterndb/system", *ORDINARY_NAMES):
-            for path in (CHECKOUT / name).glob("*.py"):
-                archive.write(path, path.relative_to(CHECKOUT))
-    code = "import patterndb; print(patterndb.__file__)"
-    done = run(tmp_path, "-c", code, path=str(tmp_path / "all.zip"))
-    assert "all.zip" in done.stdout, done.stderr
-    (tmp_path / "query.py").touch()
-    assert "hides" in run(tmp_path, "-c", code, path=str(tmp_path / "all.zip")).stderr

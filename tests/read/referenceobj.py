@@ -11,7 +11,7 @@ NUMERIC = """
     vt vn vp l p s mg lod bevel c_interp d_interp cstype deg bmat step curv curv2 surf parm trim
     hole scrv sp end con ctech stech res bsp bzp cdc cdp
 """
-TEXT = "g o usemtl mtllib usemap maplib shadow_obj trace_obj"
+TEXT = "g o usemtl mtllib usemap maplib shadow_obj trace_obj t"
 SKIPPED = set(NUMERIC.split())
 NAMES = set(TEXT.split())
 

@@ -3,12 +3,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from query.solving.feasibility import Flag, _Query
+from query.solving.feasibility import FeasibilityQuery, Flag
 from query.solving.systems import Systems
 
 def mark(
     systems: Systems,
-    query: _Query,
+    query: FeasibilityQuery,
     rows: NDArray[np.int64],
     signature: Int32Array,
     rotation: Int32Array,

@@ -13,7 +13,7 @@ use crate::arrays::{read, run};
 use crate::flag::{CancelFlag, is_set};
 use crate::rows::{read_all, write_all};
 
-/// The Python class `_Query`.
+/// The Python class `FeasibilityQuery`.
 #[derive(FromPyObject)]
 struct QueryArrays<'py> {
     lengths: PyReadonlyArray2<'py, i32>,
