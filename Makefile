@@ -145,9 +145,10 @@ starter: $(RUN)
 
 dist: $(DEV) page
 	rm -rf dist
+	$(BIN)/python scripts/collect_licenses.py
 	$(BIN)/python -m build --sdist --outdir dist .
 	$(BIN)/python -m build --wheel --outdir dist .
 
 clean:
-	rm -rf $(VENV) $(CORE) rust/target patterndb_app/web/bundle patterndb_app/web/node_modules demo dist build .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(CORE) rust/target patterndb/data/crate_licenses.txt patterndb_app/web/bundle patterndb_app/web/node_modules demo dist build .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,4 +1,4 @@
-"""Packages whose names are loaded when they are asked for: compiled kernels take a moment that
+"""Packages whose names are loaded when they are asked for: what they need takes a moment that
 ``--help`` and reading a mesh must not wait for."""
 
 from __future__ import annotations

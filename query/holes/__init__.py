@@ -10,10 +10,17 @@ a hole), :mod:`caps` (is what belongs there flat?), :mod:`laying` (in a plane, o
 strokes), :mod:`odd` (ways out where no quads fit), and :mod:`filling` (all of it, in order).
 """
 
-from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
-from query.holes.flaws import list_mesh_flaws
-from query.holes.loops import Hole, MeshTopology, find_holes, hole_of_faces, hole_of_loop
-from query.holes.odd import EvenWay, list_even_ways, make_loops_even
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from patterndb.system.latenames import load_late
+
+if TYPE_CHECKING:
+    from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
+    from query.holes.flaws import list_mesh_flaws
+    from query.holes.loops import Hole, MeshTopology, find_holes, hole_of_faces, hole_of_loop
+    from query.holes.odd import EvenWay, list_even_ways, make_loops_even
 
 __all__ = [
     "EvenWay",
@@ -31,3 +38,23 @@ __all__ = [
     "make_loops_even",
     "weld_fills",
 ]
+
+# Filling needs solvers, which finding need not wait for.
+_HOMES = {
+    "HoleFill": "query.holes.filling",
+    "HoleFills": "query.holes.filling",
+    "choose_hole": "query.holes.filling",
+    "fill_holes": "query.holes.filling",
+    "weld_fills": "query.holes.filling",
+    "list_mesh_flaws": "query.holes.flaws",
+    "Hole": "query.holes.loops",
+    "MeshTopology": "query.holes.loops",
+    "find_holes": "query.holes.loops",
+    "hole_of_faces": "query.holes.loops",
+    "hole_of_loop": "query.holes.loops",
+    "EvenWay": "query.holes.odd",
+    "list_even_ways": "query.holes.odd",
+    "make_loops_even": "query.holes.odd",
+}
+
+__getattr__, __dir__ = load_late(__name__, _HOMES)
