@@ -1,4 +1,4 @@
-"""Write the licences of the crates that are linked into the compiled core, which packages bring along.
+"""Write the licences of the crates in the compiled core, which packages bring along.
 
     python scripts/collect_licenses.py
 
