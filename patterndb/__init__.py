@@ -24,8 +24,9 @@ try:
     from patterndb._native import __version__ as __version__
 except ModuleNotFoundError:
     raise ModuleNotFoundError(
-        "the compiled core of patterndb is missing: a clone is built by 'make', or by "
-        "'python -m pip install --editable .'",
+        f"{Path(__file__).parents[1]} has sources of patterndb without the compiled core: there, "
+        "'python -m pip install --editable .' builds it; started elsewhere, Python takes a "
+        "patterndb that is installed",
         name="patterndb._native",
     ) from None
 from patterndb.core.showing import Suffix, draw_by
