@@ -25,7 +25,7 @@ UInt64Array = NDArray[np.uint64]
 
 
 class KernelMesh(NamedTuple):
-    """What the kernels read of a quad mesh.
+    """What the search reads of a quad mesh.
 
     twin, vertex: (4q,) int32. valence: (v,) int32. full: (v,) int32 number of quads that
     makes the vertex interior, NEVER_FULL on the border. star_start, star: the quads at

@@ -2,7 +2,7 @@
 
 A :class:`LearningEngine` takes one mesh after another and gives a :class:`MeshRun` for each, which
 ends in what the mesh teaches. :class:`ThreadEngine` runs the tasks of :mod:`ingest.learning` on
-threads of this process, which is enough for one machine, for the kernels run without the
+threads of this process, which is enough for one machine, for the search runs without the
 interpreter's lock; :mod:`ingest.cluster` has one that runs them on a Dask cluster.
 """
 
@@ -129,7 +129,7 @@ class ThreadEngine:
 
     def count_patches(self) -> int:
         """Patches that were met so far."""
-        # The kernels of several threads count in one place without a lock, and may lose a patch.
+        # Several threads count in one place without a lock, and may lose a patch.
         return int(self._pulse[1])
 
 

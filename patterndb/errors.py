@@ -83,7 +83,7 @@ class HiddenPackageError(PatternDBError, ImportError):
 
 
 class AddressSpaceError(PatternDBError, MemoryError):
-    """The process may not use the memory that compiled kernels need."""
+    """The process may not use the memory that a query needs."""
 
 
 class MissingExtraError(PatternDBError, ImportError):

@@ -15,7 +15,7 @@ Read it in this order:
     identity, recognise when two fills are one; quads from elsewhere read as a pattern's
     placing             where the vertices of a fill lie
 
-Names are loaded when they are asked for: ``import query`` waits for no compiled kernel.
+Names are loaded when they are asked for: ``import query`` waits for no solver.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The flag by which a query is ended: a time limit, cancel() or Ctrl-C sets it.
 
-The flag is a (1,) uint8 array, so that kernels, which hold no lock, see it as well; 1 ends.
+The flag is a (1,) uint8 array, so that the compiled core, which holds no lock, sees it as well; 1
+ends.
 """
 
 from __future__ import annotations

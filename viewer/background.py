@@ -27,7 +27,7 @@ class Stoppable:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._thread: int | None = None
-        #: Was it asked to stop? A kernel that it comes in makes a SystemError of it.
+        #: Was it asked to stop?
         self.stopped = False
 
     @contextmanager

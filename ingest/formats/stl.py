@@ -22,7 +22,7 @@ _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused
 
 def format_stl(mesh: PolygonMesh) -> bytes:
     """Return the mesh as the bytes of a binary STL file."""
-    # Imported here because compiled kernels take a moment that reading need not wait for.
+    # Imported here because it takes a moment that reading need not wait for.
     from patterndb.geometry.points import units
     from patterndb.geometry.triangulation import cut_faces
 

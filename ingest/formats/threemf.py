@@ -40,7 +40,7 @@ _TIME = (1980, 1, 1, 0, 0, 0)
 
 def format_3mf(mesh: PolygonMesh) -> bytes:
     """Return the mesh as the bytes of a 3MF file."""
-    # Imported here because compiled kernels take a moment that reading need not wait for.
+    # Imported here because it takes a moment that reading need not wait for.
     from patterndb.geometry.triangulation import cut_faces
 
     triangles, _ = cut_faces(mesh, fan_quads=False)

@@ -1,6 +1,6 @@
 """Everything about a pattern that follows from its code, for many patterns at once.
 
-The kernel runs without the interpreter lock, so descriptions of a mesh's new patterns
+The compiled core runs without the interpreter lock, so descriptions of a mesh's new patterns
 are made beside the learning of the next mesh.
 """
 
@@ -19,7 +19,7 @@ from patterndb.core.code import Code
 from patterndb.core.packing import take_stretches, unpack_many
 from patterndb.errors import InvalidCodeError
 
-# Columns of the table of counts that the kernel fills.
+# Columns of the table of counts.
 N_CORNERS = 0
 N_REFLEX = 1
 N_IRREGULAR = 2

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Int32Array = NDArray[np.int32]
 Int64Array = NDArray[np.int64]
 
-#: What kernels take where they count or index: inside them an array's element is as good.
+#: A half-edge, or an array of them.
 Index = Any
 
 

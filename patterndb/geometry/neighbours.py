@@ -1,6 +1,6 @@
 """Who is beside whom in a fill: half-edges and neighbours, straight from its quads.
 
-Interactive ranking lays out hundreds of fills at once, so this is one kernel; and vertices
+Interactive ranking lays out hundreds of fills at once, so this is compiled; and vertices
 keep the numbers that the fill gives them, which :class:`patterndb.core.quadmesh.QuadMesh` does not
 promise.
 """

@@ -1,7 +1,7 @@
 """Triangles that are asked for nearest points, hits of lines and what is in a box.
 
 Surfaces of every kind hold one: they say what their triangles may be and what an answer is in
-their own terms; how it is found stands here, and in the kernels that this calls.
+their own terms; how it is found stands here, and in rust/geometry.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class TriangleMesh:
 
     @property
     def tree(self) -> tuple[Points, Points, Int32Array, Int32Array]:
-        """What the kernels ask: corners, boxes, nodes and order."""
+        """What the compiled core asks: corners, boxes, nodes and order."""
         return self.corners, *self.boxes
 
     @property

@@ -1,7 +1,7 @@
 """A class of patterns in a small block of bytes: :func:`dump_class` and :func:`parse_class`.
 
 What a query asks of a class (:class:`patterndb.core.patternclass.PatternClass`) comes out of a
-block in milliseconds, without a database and without compiled kernels. A block is xz-compressed: a
+block in milliseconds, without a database and without the compiled core. A block is xz-compressed: a
 line of JSON, the sizes of the columns, then columns of packed numbers. Rows are ordered by length
 of code and code, so that neighbours are alike and compress well; ids, lengths, joins and the
 default order follow from the rest.

@@ -59,7 +59,7 @@ FOLLOWING = {
 def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     """All patterns of ``n_sides`` sides, in default order.
 
-    All but the counts is made of the codes, so that kernels index by nothing that was read. Raises
+    All but the counts is made of the codes, so that nothing is indexed by what was read. Raises
     DatabaseError, which names pattern and column, where a code is not the canonical one of a disk
     of so many sides, or a column does not follow from it or holds what it cannot.
     """

@@ -5,7 +5,7 @@ process has a copy of its own. It begins with a line of JSON that tells its key,
 its name, type, shape, place and checksums; a line with the checksum of the first follows. A file
 that is not whole, or whose key is another, is as good as none: its arrays are made again.
 
-The mappings are private and can be written to, since kernels are compiled for arrays that can:
+The mappings are private and can be written to, as other arrays can:
 whoever writes gets pages of its own, and neither the file nor another process sees it.
 """
 

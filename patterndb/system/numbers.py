@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 #: Whole numbers that count something (fills, quads, edges) are at most this large: arrays and
-#: kernels hold them in 32 bits, and no list is as long.
+#: the compiled core holds them in 32 bits, and no list is as long.
 MOST_COUNT = 2**31 - 1
 
 #: The most edges around a boundary, see :mod:`patterndb.geometry.polyline`, and so the most that an

@@ -1,6 +1,6 @@
 """What holds where nothing else is asked for: the library and its verbs' options read it here.
 
-No more than numbers, so that --help need not wait for compiled kernels.
+No more than numbers, so that --help need not wait for what uses them.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from patterndb_sketch.surfacing.tessellation import Canvas
 
 #: Where each name stands: what is asked for is imported, and nothing else. The table of methods
-#: must not wait for compiled kernels.
+#: must not wait for solvers.
 _HOME = {
     "FoundCycles": "patterndb_sketch.surfacing.cycles",
     "find_cycles": "patterndb_sketch.surfacing.cycles",

@@ -5,7 +5,7 @@ METHODS. To add a method, write its function here, or in a module of its own, an
 table; a test finds it there and surfaces a set of loops with it.
 
 The functions import what they need when they are called: who only lists the methods, such as a
-command's help, need not wait for compiled kernels.
+command's help, need not wait for solvers.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Ensembles of decision trees as arrays: scripts/train_holes.py fits them, a kernel evaluates."""
+"""Ensembles of decision trees as arrays, which scripts/train_holes.py fits."""
 
 from __future__ import annotations
 

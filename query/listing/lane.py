@@ -137,7 +137,7 @@ class Search:
     keep:      fits of one row that are looked for at first.
     n_loops:   loop strokes.
     cancelled: (1,) uint8, 1 once nobody waits for the answer any more.
-    by_cpsat:  solve with CP-SAT instead of the kernels.
+    by_cpsat:  solve with CP-SAT instead of the compiled core.
     least_off: fits whose strands miss the strokes by fewer edges are left out.
     """
 

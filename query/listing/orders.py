@@ -9,7 +9,7 @@ tests/query/test_query_orders.py finds it. Two entries have no measure: "artist"
 ranks that fits have before they are expanded (:mod:`query.listing.ranking`). All others sort the
 first fills of "artist" (``pool`` of :func:`query.fills`).
 
-Nothing here waits for compiled kernels until a fill is measured: a command line's --help reads it.
+Nothing here waits for solvers until a fill is measured: a command line's --help reads it.
 """
 
 from __future__ import annotations

@@ -336,7 +336,7 @@ class Fills(Iterator[Fill]):
         mine = math.inf if limit is None else perf_counter() + limit
         self._deadline = min(mine, get_deadline())
         if self._deadline < math.inf:
-            # Another thread sets the flag of kernels, which look at nothing else.
+            # Another thread sets the flag, the only thing that the compiled core looks at.
             self._alarm = self._set_alarm(self._deadline)
 
     @contextmanager

@@ -2,7 +2,7 @@
 
 A look-up over a whole table, fast enough to be called for every part of a construction; the
 pattern is not expanded. :class:`MarkedIndex` holds the rows that can come first,
-:func:`find_best_marked` looks through them by two kernels: ``find_best_row`` finds the first row
+:func:`find_best_marked` looks through them: ``find_best_row`` finds the first row
 that fits, ``spread_strand_widths`` how wide its strands are.
 """
 

@@ -1,9 +1,9 @@
 """Many patterns at once: which of them the strokes leave, and the best widths of each.
 
 A boundary and strokes become a :class:`Question` in the patterns' own terms: lengths, weights and
-strokes, once per orientation. The kernels run over rows of a table, whose boundary labels lie one
-after the other in one array; each thread takes its share of the rows. What a row's answer is does
-not depend on the others, nor on the number of threads.
+strokes, once per orientation. The compiled core runs over rows of a table, whose boundary labels
+lie one after the other in one array; each thread takes its share of the rows. What a row's answer
+is does not depend on the others, nor on the number of threads.
 """
 
 from __future__ import annotations

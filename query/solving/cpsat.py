@@ -1,4 +1,4 @@
-"""The same systems by OR-Tools CP-SAT: the second opinion the kernel is held to.
+"""The same systems by OR-Tools CP-SAT: the second opinion that the compiled core is held to.
 
 Every model runs with one worker: enumerate_all_solutions with several workers loses and
 repeats solutions, and reports OPTIMAL all the same. Systems run side by side instead.

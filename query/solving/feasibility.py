@@ -40,7 +40,7 @@ Flag = NDArray[np.uint8]
 
 
 class FeasibilityQuery(NamedTuple):
-    """What is asked of a class, for the kernels.
+    """What is asked of a class, for the compiled core.
 
     lengths: (n, w) int32, a *lane* for each different way in which a signature sees the boundary.
     compared: what they are to base lengths, of :func:`query.solving.sieve.compare_pairs`.

@@ -1,4 +1,4 @@
-"""Widths that make a pattern meet given side lengths: the kernel's answer.
+"""Widths that make a pattern meet given side lengths: the compiled core's answer.
 
 :mod:`query.solving.cpsat` answers the same calls with a general solver, as a second opinion.
 """

@@ -119,7 +119,7 @@ LONGEST_BASE = 15
 class Graphs(NamedTuple):
     """The graphs of s systems of w sides and of c classes in all.
 
-    A named tuple and no dataclass, since kernels take it whole.
+    A named tuple, which the compiled core takes whole.
 
     first:      (s + 1,) int32 graph r has the classes first[r]..first[r + 1] - 1.
     class_i, class_j: (c,) int16 the sides that a class joins, in the order in which

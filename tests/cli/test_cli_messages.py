@@ -236,10 +236,10 @@ class TestLimitsOfTheProcess:
         import resource
 
         def limit() -> None:
-            resource.setrlimit(resource.RLIMIT_AS, (400 << 20, 400 << 20))
+            resource.setrlimit(resource.RLIMIT_AS, (200 << 20, 200 << 20))
 
         result = program("query", "--sides=3,5,4,6", "--db", learned, before=limit)
-        assert_refused(result, 3, "400 MB of address space (ulimit -v)")
+        assert_refused(result, 3, "200 MB of address space (ulimit -v)")
         assert program("query", "--help", before=limit).code == 0
 
 

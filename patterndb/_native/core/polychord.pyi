@@ -2,4 +2,4 @@
 from patterndb.core.halfedge import Int32Array
 
 def trace(twin: Int32Array) -> tuple[Int32Array, int, int]:
-    """Kernel of :func:`polychords`: (polychord of every half-edge, n_open, n in all)."""
+    """Return the polychord of every half-edge, the number of open ones, and of all."""

@@ -3,4 +3,4 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 
 def squareness(quads: Int32Array, vertices: Points) -> float:
-    """Kernel of :func:`quality`."""
+    """Return the squareness of quads, see :func:`query.placing.quality`."""

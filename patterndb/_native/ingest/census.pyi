@@ -8,4 +8,4 @@ def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
 def kernel_mesh(
     twin: Int32Array, vertex: Int32Array, n_vertices: int, zobrist: UInt64Array
 ) -> KernelMesh:
-    """The kernels' view of a mesh."""
+    """Return what the search reads of a mesh."""

@@ -4,7 +4,7 @@ from patterndb.core.halfedge import Int32Array
 def expand_quads(
     twin: Int32Array, across: Int32Array, perimeter: int, first: int, mirrored: bool
 ) -> tuple[Int32Array, int]:
-    """Kernel of :func:`expand_pattern`: ((q, 4) int32 quads, number of vertices).
+    """Return the (q, 4) int32 quads of an expanded pattern, and the number of vertices.
 
     twin: (4p,) int32 half-edges of the pattern, half-edge 0 on the border; across: (4p,)
     int32 width of the polychord that crosses each half-edge; perimeter: of the expanded

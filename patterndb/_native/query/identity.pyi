@@ -2,7 +2,7 @@
 from patterndb.core.halfedge import Int32Array
 
 def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int32Array, int]:
-    """Kernel of :func:`weld`: (half-edges, fault); the fault is an index into FAULTS, 0 if none."""
+    """Return the half-edges of welded quads, and a fault: an index into FAULTS, 0 if none."""
 
 def read_code(quads: Int32Array, twin: Int32Array, closed: bool) -> Int32Array:
-    """Kernel of :func:`hash_quads`: the code."""
+    """Return the code of quads, see :func:`query.identity.hash_quads`."""

@@ -1,4 +1,4 @@
-"""Where polylines meet: kernels that find the places at which two of them come together.
+"""Where polylines meet: the places at which two of them come together.
 
 Take a pair of curves, A and B, and all pairs of places (a on A, b on B) that are within the
 tolerance of each other: the lesser reach of the two curves. The connected parts of this set are the

@@ -33,7 +33,7 @@ def find_best_row(
     component: Int16Array,
     colour: Int16Array,
 ) -> tuple[int, int, int, int, Int32Array]:
-    """Kernel of :func:`query.marks.bestmarked.find_best_marked`.
+    """Of :func:`query.marks.bestmarked.find_best_marked`: the first row that fits.
 
     lengths: (N,) edges of each side; asked: (N,) quads at each corner; most: -1 for any. The
     others are of :class:`query.marks.bestmarked.MarkedIndex`. Returns (row of the index, or -1;

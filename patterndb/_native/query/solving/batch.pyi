@@ -17,7 +17,7 @@ def keep_carrying(
     cancelled: NDArray[np.uint8],
     once: bool,
 ) -> None:
-    """Kernel of :func:`keep_carriers` for some rows; clears ``allowed`` (r, o)."""
+    """Do :func:`query.solving.batch.keep_carriers` for some rows; clears ``allowed`` (r, o)."""
 
 def solve_rows(
     words: Int16Array,
@@ -33,7 +33,7 @@ def solve_rows(
     best: NDArray[np.int32],
     cancelled: NDArray[np.uint8],
 ) -> None:
-    """Kernel of :func:`solve_rows` for some rows.
+    """Do :func:`query.solving.batch.solve_rows` for some rows.
 
     count: (r,), key: (r, keep), best: (r, keep, longest + 1), with the orientation last.
     """
