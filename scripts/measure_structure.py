@@ -2,7 +2,8 @@
 
     python scripts/measure_structure.py [FOLDER ...]     by default this checkout
 
-Counts the modules of the packages, not tests, benchmarks, scripts and examples. A module is small
+Counts the modules of the packages, not tests, benchmarks, scripts and examples, and the compiled
+core. A module is small
 below SMALL lines; a circle is a set of modules that import each other, lazy imports included,
 those for types alone not.
 """
@@ -74,6 +75,23 @@ def measure_structure(root: Path) -> dict[str, int | float]:
         "class names used twice": sum(count > 1 for count in classes.values()),
         "arrows against the layers": arrows,
         "circles of imports": len(find_circles(graph)),
+        **measure_rust(root),
+    }
+
+
+def measure_rust(root: Path) -> dict[str, int]:
+    """The figures of the compiled core; unit tests stand at the ends of its files."""
+    sources = [path for path in root.glob("rust/*/src/**/*.rs")]
+    texts = {path: path.read_text(encoding="utf-8") for path in sources}
+    plain = {path: text.partition("#[cfg(test)]")[0].count("\n") for path, text in texts.items()}
+    binding = sum(lines for path, lines in plain.items() if "python" in path.parts)
+    stubs = root.glob("patterndb/_native/**/*.pyi")
+    return {
+        "modules of Rust": len(sources),
+        "lines of Rust": sum(plain.values()) - binding,
+        "lines of its binding": binding,
+        "lines of its unit tests": sum(t.count("\n") for t in texts.values()) - sum(plain.values()),
+        "lines of its stubs": sum(p.read_text(encoding="utf-8").count("\n") for p in stubs),
     }
 
 
