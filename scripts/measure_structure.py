@@ -81,7 +81,7 @@ def measure_structure(root: Path) -> dict[str, int | float]:
 
 def measure_rust(root: Path) -> dict[str, int]:
     """The figures of the compiled core; unit tests stand at the ends of its files."""
-    sources = [path for path in root.glob("rust/*/src/**/*.rs")]
+    sources = list(root.glob("rust/*/src/**/*.rs"))
     texts = {path: path.read_text(encoding="utf-8") for path in sources}
     plain = {path: text.partition("#[cfg(test)]")[0].count("\n") for path, text in texts.items()}
     binding = sum(lines for path, lines in plain.items() if "python" in path.parts)
