@@ -189,7 +189,9 @@ def test_ctrl_c_while_the_program_is_loaded_is_no_traceback() -> None:
 
 def test_ctrl_c_that_a_callback_drops_is_raised_again() -> None:
     script = (
-        "import ctypes, sys, time\n"
+        "import ctypes, signal, sys, time\n"
+        # Ignored where the tests run in the background of a shell.
+        "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         "def interrupt():\n"
         "    raise KeyboardInterrupt\n"
         "class Interrupts:\n"
