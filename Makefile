@@ -51,14 +51,16 @@ $(BIN)/python:
 
 $(RUN): $(BIN)/python pyproject.toml
 	@$(BIN)/python scripts/find_cargo.py
-	@$(ALOUD) "installing patterndb" $(PIP) --quiet --editable .
+	@$(ALOUD) "installing patterndb" $(PIP) --quiet --editable . || \
+	  { $(BIN)/python scripts/find_cargo.py --failed; exit 1; }
 	@touch $@
 
 # What developers and CI use is what was tried last: constraints.txt says which releases.
 $(DEV): $(BIN)/python pyproject.toml constraints.txt
 	@$(BIN)/python scripts/find_cargo.py
 	@$(ALOUD) "installing patterndb and its development tools" $(PIP) --quiet \
-	  --constraint constraints.txt --editable '.[dev]'
+	  --constraint constraints.txt --editable '.[dev]' || \
+	  { $(BIN)/python scripts/find_cargo.py --failed; exit 1; }
 	@touch $(RUN) $@
 
 # Installing compiles it as well; later only what changed is compiled.

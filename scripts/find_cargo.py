@@ -1,6 +1,7 @@
 """Say where the Rust compiler that builds the core will come from, or how to get one.
 
-    python scripts/find_cargo.py
+    python scripts/find_cargo.py             before an installation
+    python scripts/find_cargo.py --failed    after one that failed
 
 Silent where ``cargo`` is on the PATH and new enough. Where it is missing, pip gets a toolchain of
 its own for the build, from static.rust-lang.org into the cache folder (puccinialin): this says
@@ -28,6 +29,7 @@ WAYS = """Ways to get one:
 
 
 def main() -> None:
+    failed = sys.argv[1:] == ["--failed"]
     manifest = Path(__file__).resolve().parents[1] / "rust" / "Cargo.toml"
     declared = re.search(r'^rust-version = "([\d.]+)"$', manifest.read_text(encoding="utf-8"), re.M)
     assert declared is not None
@@ -40,6 +42,8 @@ def main() -> None:
             return
         which = done.stdout.strip() or done.stderr.strip().partition("\n")[0]
         sys.exit(f"The core of patterndb needs Rust {least} or later; here is: {which}\n{ways}")
+    if failed:
+        sys.exit(f"If what failed is getting a Rust toolchain (puccinialin):\n{ways}")
     try:
         urllib.request.urlopen(SOURCE, timeout=15).close()
     except (OSError, urllib.error.URLError) as error:
