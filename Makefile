@@ -65,7 +65,7 @@ $(DEV): $(BIN)/python pyproject.toml constraints.txt
 
 # Installing compiles it as well; later only what changed is compiled.
 $(CORE): $(RUST) | $(DEV)
-	@$(ALOUD) "compiling the core" $(BIN)/maturin develop --release --skip-install --quiet
+	@$(ALOUD) "compiling the core" $(BIN)/maturin develop --profile quick --skip-install --quiet
 	@touch $@
 
 core: $(CORE)
