@@ -11,7 +11,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import Rib
 
-#: As in rust/features/src/ribs/repair.rs, in shares of the radius but for SHARPEST, a cosine.
+#: As in rust/features/src/ribs/repair.rs, in shares of the radius; SHARPEST is a cosine.
 SHARPEST, GAP, OVERHANG = -0.5, 0.055, 0.15
 
 #: The direction that ribs of sheets are across.

@@ -18,7 +18,7 @@ def tabulate_areas(at: Points, barred: Bools) -> Points:
     """Tabulate (n, n) twice the least area between vertices i and j of a polyline (3, n).
 
     Infinite for barred pairs (n, n); an array of one entry bars none. The table is symmetric, so
-    that both entries that the inner loop reads are beside each other in memory.
+    that both entries that the inner loop reads are next to each other in memory.
     """
 
 def choose_triangles(at: Points, least: Points) -> tuple[Int64Array, float]:

@@ -19,7 +19,7 @@ def grow(
 ) -> tuple[int, UInt64Array, UInt64Array, Int32Array, Census]:
     """Count all patches of at most ``limit`` quads that grow from the roots.
 
-    smaller: patches of at most so many quads were counted by another mode already; they
+    smaller: patches of at most that many quads were counted by another mode already; they
     are grown on, and counted in the total, but not in the census. others: set of hashes of
     patches counted by another mode. shard: (q,) int32; the roots are all quads of one
     shard. A patch that reaches into another shard may be found from there too, so it is

@@ -11,6 +11,6 @@ def hash_rows(raw: NDArray[np.uint8], ends: NDArray[np.int64]) -> UInt64Array:
 def pack_faces(
     quads: Int32Array, sizes: Int32Array, faces: NDArray[np.int64]
 ) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
-    """Pack the examples of patterns, one after the other of so many quads, as schema.sql says, by
+    """Pack the examples of patterns, one after the other, as schema.sql says, by
     the faces (q,) of quads; and where each ends.
     """

@@ -22,7 +22,7 @@ pub struct Sides<'a> {
 /// From where a label is read: from side `rotation` on, or clockwise from that side's far end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Orientation {
-    /// The first side (the first edge where there is no corner).
+    /// The first side (the first edge of a pattern without corners).
     pub rotation: usize,
     /// Whether the label is read clockwise.
     pub reflected: bool,

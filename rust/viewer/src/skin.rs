@@ -35,7 +35,7 @@ fn to_unit_range(x: f64) -> f64 {
 
 /// Return the unit normals at the corners of triangles, smoothed.
 ///
-/// At each corner the mean, by area, of the triangles around that lie nearly flat beside its own;
+/// At each corner the mean, by area, of the triangles around that lie nearly flat with its own;
 /// those that look the other way count as if they were turned.
 pub fn blend_normals(faces: &Faces, crease: Crease) -> Vec<[Point; 3]> {
     // What is read of a triangle lies in a row.

@@ -28,7 +28,7 @@ def render_edges(
     """
 
 def close_gaps(picture: Picture, rounds: int) -> Picture:
-    """The picture after so many dilations, then as many erosions."""
+    """Return the picture after some dilations, then as many erosions."""
 
 def find_outer_contour(picture: Picture, x: float, y: float) -> Int32Array:
     """(n, 2) the pixels of the outer contour nearest to a place, counter-clockwise.

@@ -30,4 +30,4 @@ def own_features(
     spokes: Floats,
     far: Floats,
 ) -> Floats:
-    """(L, OWN) of each vertex alone, and of the edges beside it."""
+    """(L, OWN) of each vertex alone, and of the edges at it."""

@@ -11,5 +11,5 @@ def flood_left(
     parts them from those on its right.
 
     beside: (e, 2) triangles with a common edge. barrier: (t,) those that it crosses. voters: (m,)
-    triangles beside these, sides: (m,) 1 for those on its left, -1 for those on its right.
+    triangles next to these, sides: (m,) 1 for those on its left, -1 for those on its right.
     """

@@ -44,7 +44,7 @@ impl Origins {
     }
 }
 
-/// Spread costs to the rows beside where that makes these cheaper, by one pass down and one up: their
+/// Spread costs to the next rows where that makes these cheaper, by one pass down and one up: their
 /// lower envelope of cones with a slope. `origins` are the rows that costs come from.
 ///
 /// Source: Felzenszwalb and Huttenlocher 2012, "Distance transforms of sampled functions".

@@ -10,7 +10,7 @@ use super::Ribs;
 /// Python module `patterndb_sketch.features.fishbone.terms`.
 const SCALES: [f64; 2] = [1.0, 4.0];
 
-/// Unit vectors that differ by less are one, but for rounding.
+/// Unit vectors that differ by less are one, apart from rounding.
 const SAME_WAY: f64 = 1e-9;
 
 /// Samples are taken to be no nearer to each other than this part of a window: ribs of hardly any

@@ -355,7 +355,7 @@ fn find_neighbours(
     let points = &segments.points;
     let end = segments.end(s, side);
     let place = points[end];
-    // The part of its own that the end hangs on is no neighbour.
+    // The part of its own that the end hangs on does not count.
     let (own_low, own_high) = (segments.end(s, 0), segments.end(s, 1));
     let mut along = 0.0;
     let mut k = end;

@@ -200,7 +200,7 @@ impl Picture {
         }
     }
 
-    /// Return the picture after so many dilations, then as many erosions.
+    /// Return the picture after some dilations, then as many erosions.
     pub fn close_gaps(&self, rounds: usize) -> Picture {
         let mut result = self.clone();
         for _ in 0..rounds {

@@ -24,7 +24,7 @@ impl Pieces {
 /// boundary parts the left from the right.
 ///
 /// `beside` are pairs of triangles with a common edge. `barrier` are the triangles that the boundary
-/// crosses. `voters` are triangles beside these, and `sides` is 1 for those on the left of the
+/// crosses. `voters` are triangles next to these, and `sides` is 1 for those on the left of the
 /// boundary, -1 for those on its right.
 pub fn flood_left(
     beside: &[[i32; 2]],

@@ -19,7 +19,7 @@ const STEPS: usize = 60;
 const SHARPENED: f64 = 0.3;
 
 /// Where two rounds leave more than a part of the flipped corners, there are too few vertices around to
-/// open them. Of this many corners, or fewer, it is no sign.
+/// open them. Of this many corners, or fewer, it says nothing.
 const MANY: f64 = 40.0;
 
 /// Steps that L-BFGS remembers.

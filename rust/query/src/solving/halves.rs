@@ -3,10 +3,10 @@
 //!
 //! Doubled, a half-integral matching is an integral flow from every side to a copy of every side:
 //! slack_i units leave i and arrive at its copy, and class (i, j) carries any number of units from i
-//! to the copy of j and from j to the copy of i. Where there is no such flow there is no matching.
+//! to the copy of j and from j to the copy of i. Without such a flow, a matching does not exist.
 //!
 //! [`meet_slack`] is for many thousand systems in each query, as lists of neighbours: each begins with a
-//! guess that is often right, and where there is no flow the sides that ask for too much are named,
+//! guess that is often right, and without a flow the sides that ask for too much are named,
 //! which answers other orientations of the system as well.
 
 use crate::solving::graphs::{Graph, Square};
@@ -364,7 +364,7 @@ impl Transport {
     }
 
     /// Return the least and greatest integer of a range that class k takes in some flow; None where
-    /// there is no flow.
+    /// a flow does not exist.
     ///
     /// `slack` and `closed` are changed, and as they were at the end.
     pub fn tighten_bounds(

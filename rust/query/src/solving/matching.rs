@@ -137,7 +137,7 @@ fn take_detour(side: usize, graph: &Graph, y: &mut Square, short: &mut [i32]) ->
 }
 
 /// Make a side and another one, or itself once more, less short by one each. False where no augmenting
-/// path begins at the side: then there is no matching.
+/// path begins at the side: then a matching does not exist.
 fn augment(root_side: usize, graph: &Graph, y: &mut Square, short: &mut [i32]) -> bool {
     let copies = Copies::new(graph, y, short);
     let mut forest = Forest::new(&copies, root_side);

@@ -18,7 +18,7 @@
 //!
 //! Differs from the paper (Abbasinejad et al. 2013, section 3.2): its hash key, the chords on the
 //! boundary, cannot tell the two sides of a chord apart. Here they are the path beyond the jump and
-//! the path under the wrap. There is no limit to the number of ends.
+//! the path under the wrap. The number of ends is not limited.
 
 use std::cmp::Reverse;
 
