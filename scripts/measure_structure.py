@@ -1,22 +1,58 @@
-"""Measure the structure of a checkout: modules, lines, class names, arrows, circles.
+"""Measure the structure and the language of a checkout.
 
     python scripts/measure_structure.py [FOLDER ...]     by default this checkout
 
-Counts the modules of the packages, not tests, benchmarks, scripts and examples, and the compiled
-core. A module is small
-below SMALL lines; a circle is a set of modules that import each other, lazy imports included,
-those for types alone not.
+Counts the modules of the packages, without tests, benchmarks, scripts and examples, and the
+compiled core. A module is small below SMALL lines. A circle is a set of modules that import each
+other; lazy imports count, imports for types alone do not. A concept's classes are those of
+CONCEPTS that the checkout defines.
 """
 
 from __future__ import annotations
 
 import ast
+import re
 import statistics
 import sys
 from collections import Counter
 from pathlib import Path
 
 SMALL = 60
+
+#: Arguments from which on a function has many.
+MANY_ARGUMENTS = 10
+
+#: Classes that hold one concept, by the names that they have or had.
+CONCEPTS = {
+    "surface mesh": (
+        "TriangleMesh Surface Model Ground GroundTopology DrawingGround HoleGround Canvas FieldMesh"
+        " MeshTopology Adjacency HoleProjector SurfaceTopology TangentFrames"
+    ),
+    "point on a surface": (
+        "Feet ModelFeet GroundPoints ProjectedPoints Pick SurfacePoints LineHits Projection"
+    ),
+    "curve network": (
+        "CurveNetwork DrawnNetwork FeatureNetwork Network OpenNetwork ChainedNetwork OrderedNetwork"
+        " NetworkBuilder"
+    ),
+    "stroke": (
+        "Stroke GroundStroke BrushStroke StrokePart SplitStroke InkedStroke LooseStroke"
+        " SurfaceStroke FeatureStroke DrawnStroke StrokeMark PointerStroke StrokePointer"
+        " StrandConstraint"
+    ),
+    "reader of JSON documents": "Entries",
+}
+
+#: Words and shapes of sentences that the conventions do without.
+UNWANTED = {
+    "tell/told": r"\b(?:tells?|told)\b",
+    "is/are no": r"\b(?:is|are) no\b",
+    "what is/are": r"\bwhat (?:is|are)\b",
+    "beside": r"\bbeside\b",
+    "anew": r"\banew\b",
+    "shall": r"\bshall\b",
+    "but for": r"\bbut for\b",
+}
 
 #: Top-level folders that are no packages of the product.
 OTHER = {"tests", "benchmarks", "scripts", "examples", "build", "dist", "demo", "docs"}
@@ -57,6 +93,8 @@ def measure_structure(root: Path) -> dict[str, int | float]:
         if isinstance(node, ast.ClassDef)
     )
     graph = {name: find_imports(name, tree, modules) for name, tree in trees.items()}
+    importers = Counter(other for others in graph.values() for other in others)
+    public = {name: names for name, tree in trees.items() if (names := list_public_names(tree))}
     arrows = sum(
         is_against(name, other) for name in graph if name not in FACES for other in graph[name]
     )
@@ -75,8 +113,67 @@ def measure_structure(root: Path) -> dict[str, int | float]:
         "class names used twice": sum(count > 1 for count in classes.values()),
         "arrows against the layers": arrows,
         "circles of imports": len(find_circles(graph)),
+        "modules with one importer": sum(importers[name] == 1 for name in modules),
+        f"functions with {MANY_ARGUMENTS} or more arguments": sum(
+            count_arguments(node) >= MANY_ARGUMENTS
+            for tree in trees.values()
+            for node in ast.walk(tree)
+            if isinstance(node, ast.FunctionDef)
+        ),
+        "public names, each counted once": len(set[str]().union(*public.values())),
+        "modules with public names": len(public),
+        **{
+            f"classes of a {concept}": count_classes(concept, classes, trees)
+            for concept in CONCEPTS
+        },
         **measure_rust(root),
+        **{f"words: {name}": count for name, count in count_unwanted(root, modules).items()},
     }
+
+
+def count_arguments(function: ast.FunctionDef) -> int:
+    """Return the number of arguments of a function, without self and cls."""
+    names = [
+        argument.arg
+        for argument in (
+            *function.args.posonlyargs,
+            *function.args.args,
+            *function.args.kwonlyargs,
+        )
+    ]
+    return len([name for name in names if name not in ("self", "cls")])
+
+
+def list_public_names(tree: ast.Module) -> list[str]:
+    """Return the entries of a module's ``__all__``."""
+    for node in tree.body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return [
+                entry.value
+                for entry in ast.walk(node.value)
+                if isinstance(entry, ast.Constant) and isinstance(entry.value, str)
+            ]
+    return []
+
+
+def count_classes(concept: str, classes: Counter[str], trees: dict[str, ast.Module]) -> int:
+    """Return how many classes hold a concept: by name, or derived from a class of that name."""
+    names = set(CONCEPTS[concept].split())
+    derived = sum(
+        any(ast.unparse(base) in names for base in node.bases)
+        for tree in trees.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    )
+    return sum(classes[name] for name in names) + derived
+
+
+def count_unwanted(root: Path, modules: dict[str, Path]) -> dict[str, int]:
+    """Count the words of UNWANTED in the packages, the compiled core and the documentation."""
+    paths = [*modules.values(), *root.glob("rust/*/src/**/*.rs")]
+    paths += [*root.glob("*.md"), *root.glob("docs/**/*.md"), root / "schema.sql"]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in paths if path.is_file())
+    return {name: len(re.findall(shape, text, re.IGNORECASE)) for name, shape in UNWANTED.items()}
 
 
 def measure_rust(root: Path) -> dict[str, int]:
