@@ -134,9 +134,9 @@ def sample_edges(ends: Points, spacing: float) -> tuple[Points, NDArray[np.float
     return points, (length / parts)[edge]
 
 
-def measure(ground: Ground, vertices: Points, quads: Int32Array, cpu: float) -> Row:
+def measure(surface: Ground, vertices: Points, quads: Int32Array, cpu: float) -> Row:
     """Measure a mesh of quads on a surface."""
-    diagonal = ground.diagonal
+    diagonal = surface.diagonal
     edges, uses = list_edges(quads)
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
     shape = scaled_jacobian(quads, vertices)
@@ -145,14 +145,14 @@ def measure(ground: Ground, vertices: Points, quads: Int32Array, cpu: float) -> 
     border[edges[uses == 1]] = True
     # A border vertex with one quad is a corner.
     odd = (valence != np.where(border, 2, 4)) & (valence > 0) & ~(border & (valence == 1))
-    given = ground.vertices[ground.triangles]
+    given = surface.vertices[surface.triangles]
     made = vertices[cut_quads(vertices, quads)]
     to = KDTree(sample_triangles(made, SAMPLES, 0)).query(sample_triangles(given, SAMPLES // 5, 1))
     back = KDTree(sample_triangles(given, SAMPLES, 2)).query(
         sample_triangles(made, SAMPLES // 5, 3)
     )
-    ends, angle = measure_dihedrals(ground)
-    sharp, weight = sample_edges(ground.vertices[ends[angle > SHARP]], SPACING * diagonal)
+    ends, angle = measure_dihedrals(surface)
+    sharp, weight = sample_edges(surface.vertices[ends[angle > SHARP]], SPACING * diagonal)
     kept = float("nan")
     if len(sharp):
         near, _ = sample_edges(vertices[edges], 0.2 * SPACING * diagonal)
@@ -167,7 +167,7 @@ def measure(ground: Ground, vertices: Points, quads: Int32Array, cpu: float) -> 
         turned=int((shape <= 0.0).sum()),
         open=int((uses == 1).sum()),
         euler=count_euler(quads),
-        euler_surface=count_euler(ground.triangles),
+        euler_surface=count_euler(surface.triangles),
         to=100.0 * float(to[0].max()) / diagonal,
         back=100.0 * float(back[0].max()) / diagonal,
         kept=kept,
@@ -193,12 +193,12 @@ def make_draft(path: Path, size: Sequence[str], made: Path, limit: float) -> tup
 
 
 def run_peer(
-    python: str, by: str, ground: Ground, wanted: int, made: Path, limit: float
+    python: str, by: str, surface: Ground, wanted: int, made: Path, limit: float
 ) -> tuple[Points, Int32Array, float] | None:
     """Return a peer's vertices, quads and CPU seconds; None where it fails."""
     with tempfile.TemporaryDirectory() as folder:
         given, found = Path(folder) / "given.npz", Path(folder) / "made.npz"
-        np.savez(given, vertices=ground.vertices, triangles=ground.triangles)
+        np.savez(given, vertices=surface.vertices, triangles=surface.triangles)
         run([python, "-c", PEER, str(given), by, str(wanted), str(found)], limit)
         if not found.exists():
             return None
@@ -279,20 +279,20 @@ def mesh_surface(
     path: Path, by: str, asked: int | None, folder: Path, options: argparse.Namespace
 ) -> tuple[Row | None, str]:
     """Mesh a surface; return its row, None if it was refused, and what was reported."""
-    ground = Ground.of_polygons(read_mesh(path))
+    surface = Ground.of_polygons(read_mesh(path))
     made = folder / f"{path.stem}.{by}.obj"
     made.unlink(missing_ok=True)
     if by != "draft":
-        found = run_peer(options.peers, by, ground, asked or 1200, made, options.limit)
-        return (None, "failed") if found is None else (measure(ground, *found), "")
+        found = run_peer(options.peers, by, surface, asked or 1200, made, options.limit)
+        return (None, "failed") if found is None else (measure(surface, *found), "")
     wish = ["--quads", str(options.quads)]
     if options.quads is None:
-        wish = ["--edge", f"{options.edge * ground.diagonal:.6g}"]
+        wish = ["--edge", f"{options.edge * surface.diagonal:.6g}"]
     cpu, said = make_draft(path, [*wish, "--sharp", options.sharp], made, options.limit)
     if not made.exists():
         return None, f"{said or 'ended'} ({cpu:.1f} s)"
     mesh = read_mesh(made)
-    return measure(ground, mesh.points, mesh.quads()[0], cpu), said
+    return measure(surface, mesh.points, mesh.quads()[0], cpu), said
 
 
 def main() -> None:

@@ -66,12 +66,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     rng = np.random.default_rng(options.seed)
-    ground = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=4))
+    surface = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=4))
     found: Counter[str] = Counter()
     flipped = quads = 0
     with patterndb.open() as database:
         for _ in range(options.drawings):
-            editor = Editor(ground, database)
+            editor = Editor(surface, database)
             for _ in range(int(rng.integers(1, 5))):
                 editor.do(make_call(rng))
                 editor.fill()
@@ -83,7 +83,7 @@ def main() -> None:
                 continue
             check_network(editor.network, patches=False)
             filled = editor.fill()
-            made = report_mesh(filled, ground)
+            made = report_mesh(filled, surface)
             faults = made.unfilled + made.tangled + made.open_edges + abs(made.euler - 2)
             old = list_points(before)
             moved = len(old) and KDTree(list_points(editor.network)).query(old)[0].max()

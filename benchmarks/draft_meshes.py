@@ -72,13 +72,13 @@ class Row:
         return f"| {self.name} | {self.triangles:,} | {said} {figures}| {self.seconds:.1f} |"
 
 
-def measure_rims(mesh_points: Points, ends: np.ndarray, ground: Ground) -> float:
-    """The greatest distance of open edges from the ground's rims, and of these from those, in
+def measure_rims(mesh_points: Points, ends: np.ndarray, surface: Ground) -> float:
+    """The greatest distance of open edges from the surface's rims, and of these from those, in
     parts of the diagonal; 0 where there are neither, infinite where one has none."""
-    border = ground.topology.border
-    tail = ground.triangles.ravel()[border]
-    head = ground.triangles[border // 3, (border % 3 + 1) % 3]
-    rims = ground.vertices[np.stack([tail, head], axis=1)]
+    border = surface.topology.border
+    tail = surface.triangles.ravel()[border]
+    head = surface.triangles[border // 3, (border % 3 + 1) % 3]
+    rims = surface.vertices[np.stack([tail, head], axis=1)]
     edges = mesh_points[ends]
     if not len(rims) or not len(edges):
         return 0.0 if len(rims) == len(edges) else np.inf
@@ -86,17 +86,17 @@ def measure_rims(mesh_points: Points, ends: np.ndarray, ground: Ground) -> float
         ((1.0 - ALONG) * line[:, 0] + ALONG * line[:, 1]).reshape(-1, 3) for line in (rims, edges)
     )
     off = max(KDTree(one).query(two)[0].max(), KDTree(two).query(one)[0].max())
-    return float(off) / ground.diagonal
+    return float(off) / surface.diagonal
 
 
 def draft_mesh(path: Path, source: PatternSource) -> Row:
     """Draft the mesh of a file, and see what came of it."""
     try:
-        ground = Ground.of_polygons(read_mesh(path))
+        surface = Ground.of_polygons(read_mesh(path))
     except PatternDBError as error:
         return Row(path.stem, 0, "unread", str(error), "", 0.0)
-    n = len(ground.triangles)
-    editor = Editor(ground, source)
+    n = len(surface.triangles)
+    editor = Editor(surface, source)
     began = time.process_time()
     try:
         outcome = editor.do(Call("draft"))
@@ -109,9 +109,9 @@ def draft_mesh(path: Path, source: PatternSource) -> Row:
         return Row(path.stem, n, what, outcome.refused, "", spent)
     found = editor.fill()
     mesh = editor.mesh(found)
-    made = report_mesh(found, ground, mesh)
+    made = report_mesh(found, surface, mesh)
     sides = 1 if editor.state.plane is None else 2
-    parted = part_touching(ground).ground
+    parted = part_touching(surface).surface
     rims = measure_rims(mesh.vertices, np.asarray(find_open_edges(mesh)).reshape(-1, 2), parted)
     off = max(made.to_ground, made.from_ground)
     euler = FieldMesh.of(parted).euler

@@ -191,7 +191,7 @@ def make_savings(folder: Path) -> dict[str, Saving]:
         editor.fill()
         editor.do(Call("stroke", {"points": line((0.5, 0), (0.5, 3))}))
         states.append(editor.state)
-    sheets = [retopo.RetopoSession(editor.ground, state, "sheet.obj") for state in states]
+    sheets = [retopo.RetopoSession(editor.surface, state, "sheet.obj") for state in states]
 
     def save_network(path: Path, number: int) -> None:
         networkfile.write_network(path, drawing.network, stages[number])
@@ -206,7 +206,7 @@ def make_savings(folder: Path) -> dict[str, Saving]:
         # A process has one, as a window has.
         if os.getpid() not in begun:
             begun[os.getpid()] = retopo.autosave_session(
-                editor.ground, sheets[0].state, session=path, name="sheet.obj", every=0.0
+                editor.surface, sheets[0].state, session=path, name="sheet.obj", every=0.0
             )
         begun[os.getpid()].tick(states[number])
 

@@ -95,7 +95,7 @@ ABSURDITIES: tuple[object, ...] = (
 )  # fmt: skip
 
 
-def ground_of(name: str) -> Ground:
+def surface_of(name: str) -> Ground:
     """The surface of a name, or in a file."""
     if name == "plane":
         steps = np.linspace(-1.0, 1.0, 41)
@@ -160,14 +160,14 @@ class Caller:
             return int(rng.integers(low, int(min(kind.high, low + 15)) + 1))
         if np.isfinite([kind.low, kind.high]).all():
             return float(rng.uniform(kind.low, kind.high))
-        return float(self.editor.ground.diagonal * np.exp(rng.uniform(np.log(0.005), np.log(0.3))))
+        return float(self.editor.surface.diagonal * np.exp(rng.uniform(np.log(0.005), np.log(0.3))))
 
     def anywhere(self) -> np.ndarray:
         """A point of the surface."""
-        ground = self.editor.ground
-        triangle = int(self.rng.integers(len(ground.triangles)))
+        surface = self.editor.surface
+        triangle = int(self.rng.integers(len(surface.triangles)))
         weights = self.rng.dirichlet(np.ones(3))
-        return weights @ ground.vertices[ground.triangles[triangle]]
+        return weights @ surface.vertices[surface.triangles[triangle]]
 
     def place(self) -> np.ndarray:
         """A point of the surface, mostly near a chain, or in the middle of a patch."""
@@ -181,33 +181,33 @@ class Caller:
             return np.mean(points, axis=0)
         points = chains[int(self.rng.choice(sorted(chains)))].points
         at = points[(0, int(self.rng.integers(len(points))), -1)[self.rng.integers(3)]]
-        return at + self.rng.normal(0.0, 0.005 * self.editor.ground.diagonal, 3)
+        return at + self.rng.normal(0.0, 0.005 * self.editor.surface.diagonal, 3)
 
     def stroke(self, tool: str) -> np.ndarray:
         """A stroke: between places, round one, or wild; mostly as the tool wants it."""
-        rng, ground = self.rng, self.editor.ground
+        rng, surface = self.rng, self.editor.surface
         loops = [chain for chain in self.editor.network.chains.values() if chain.loose]
         if tool == "cylinder" and len(loops) > 1 and rng.random() < 0.8:
             one, two = rng.permutation(len(loops))[:2]
             return np.stack([loops[k].points[rng.integers(3)] for k in (one, two)])
         if tool == "spine" and rng.random() < 0.6:
             begin, along = self.anywhere(), rng.normal(size=3)
-            length = ground.diagonal * rng.uniform(0.05, 0.25) / np.linalg.norm(along)
+            length = surface.diagonal * rng.uniform(0.05, 0.25) / np.linalg.norm(along)
             line = begin + np.linspace(0.0, length, 12)[:, None] * along
-            return ground.nearest(line).points
+            return surface.nearest(line).points
         if tool == "stroke" and len(self.editor.network.chains) < FEW_CHAINS and rng.random() < 0.4:
             # A ring, or another round one that is there, for cylinders.
             middle = loops[0].points.mean(axis=0) if loops else self.anywhere()
-            foot = ground.nearest(middle[None])
+            foot = surface.nearest(middle[None])
             across = np.linalg.svd(foot.normals)[2][1:]
             turn = np.linspace(0.0, 2.0 * np.pi, 40)
-            size = ground.diagonal * (0.08 + 0.05 * len(loops))
+            size = surface.diagonal * (0.08 + 0.05 * len(loops))
             ring = np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1]
-            return ground.nearest(foot.points[0] + size * ring).points
+            return surface.nearest(foot.points[0] + size * ring).points
         begin = self.place()
         kind = rng.random()
         if kind < 0.15:
-            size = ground.diagonal * np.exp(rng.uniform(np.log(0.02), np.log(0.25)))
+            size = surface.diagonal * np.exp(rng.uniform(np.log(0.02), np.log(0.25)))
             axes = rng.normal(size=(2, 3))
             turn = np.linspace(0.0, 2.0 * np.pi, 24)
             axes /= np.linalg.norm(axes, axis=1)[:, None]
@@ -217,8 +217,8 @@ class Caller:
         if kind < 0.7:
             end = self.place()
             line = begin + np.linspace(0.0, 1.0, 12)[:, None] * (end - begin)
-            return line + rng.normal(0.0, 0.002 * ground.diagonal, line.shape)
-        steps = rng.normal(0.0, 0.04 * ground.diagonal, (int(rng.integers(1, 15)), 3))
+            return line + rng.normal(0.0, 0.002 * surface.diagonal, line.shape)
+        steps = rng.normal(0.0, 0.04 * surface.diagonal, (int(rng.integers(1, 15)), 3))
         return begin + np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
 
 
@@ -227,7 +227,7 @@ class Watch:
     """A drawing: its editor, what its states were, and the calls so far."""
 
     editor: Editor
-    surface: bytes
+    packed: bytes
     handles: int
     past: list[str] = field(default_factory=list)
     future: list[str] = field(default_factory=list)
@@ -237,7 +237,7 @@ class Watch:
 
     def digest(self, state: State) -> str:
         """Tells states apart; written out, so that arrays changed in place would show."""
-        data = session_bytes(RetopoSession(self.editor.ground, state), self.surface)
+        data = session_bytes(RetopoSession(self.editor.surface, state), self.packed)
         return hashlib.sha256(data).hexdigest()
 
     def step(self, call: Call, rng: np.random.Generator) -> str:
@@ -294,15 +294,15 @@ class Watch:
         self.now = self.digest(self.editor.state)
 
     def save(self) -> None:
-        session = RetopoSession(self.editor.ground, self.editor.state, "a.obj")
-        data = session_bytes(session, self.surface)
+        session = RetopoSession(self.editor.surface, self.editor.state, "a.obj")
+        data = session_bytes(session, self.packed)
         again = parse_session(data)
         assert again.state.same(session.state), "the session reads as another"
         assert session_bytes(again) == data, "the session is written differently again"
 
 
-def begun(ground: Ground, source: PatternSource, surface: bytes, why: Counter[str]) -> Watch:
-    watch = Watch(Editor(ground, source), surface, count_handles(ground), why=why)
+def begun(surface: Ground, source: PatternSource, packed: bytes, why: Counter[str]) -> Watch:
+    watch = Watch(Editor(surface, source), packed, count_handles(surface), why=why)
     watch.now = watch.digest(watch.editor.state)
     return watch
 
@@ -383,14 +383,14 @@ def main() -> int:
     options = parser.parse_args()
     if options.first % CALLS_A_DRAWING:
         parser.error(f"--first {options.first}: drawings begin at multiples of {CALLS_A_DRAWING}")
-    ground = ground_of(options.surface)
-    surface = surface_bytes(ground)
+    surface = surface_of(options.surface)
+    packed = surface_bytes(surface)
     tally = Tally()
     stopped: list[int] = []
     for one in (signal.SIGINT, signal.SIGTERM):
         signal.signal(one, lambda number, _: stopped.append(number))
     with patterndb.open() as source:
-        watch = begun(ground, source, surface, tally.why)
+        watch = begun(surface, source, packed, tally.why)
         for number in range(options.first, options.first + options.calls):
             if stopped or len(tally.failures) >= options.failures:
                 break
@@ -398,7 +398,7 @@ def main() -> int:
             # Of the number alone, so that a drawing is the same however many there are.
             rng = np.random.default_rng([options.seed, number])
             if number % CALLS_A_DRAWING == 0:
-                watch = begun(ground, source, surface, tally.why)
+                watch = begun(surface, source, packed, tally.why)
             call = Caller(watch.editor, rng).call()
             if options.verbose:
                 print(number, call.tool, str(dict(call.arguments))[:100], file=sys.stderr)
@@ -407,7 +407,7 @@ def main() -> int:
                 tally.outcomes[f"{call.tool}: {watch.step(call, rng)}"] += 1
             except Exception as error:
                 tally.add_failure(number, call, error, watch)
-                watch = begun(ground, source, surface, tally.why)
+                watch = begun(surface, source, packed, tally.why)
             tally.add_time(number, call.tool, time.process_time() - before)
     tally.told = -TOLD_AFTER
     tally.tell_progress(tally.calls, options.calls)

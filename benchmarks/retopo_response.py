@@ -55,10 +55,10 @@ def line(*points: tuple[float, float]) -> list[list[float]]:
 
 
 def drawn(
-    ground: Ground, source: patterndb.Database, columns: int = COLUMNS, rows: int = ROWS
+    surface: Ground, source: patterndb.Database, columns: int = COLUMNS, rows: int = ROWS
 ) -> Editor:
     """An editor with columns x rows patches in the middle of the sheet."""
-    editor = Editor(ground, source, Sizes.of(ground.diagonal))
+    editor = Editor(surface, source, Sizes.of(surface.diagonal))
     xs, ys = np.linspace(1.5, 7.5, columns + 1), np.linspace(1.5, 7.5, rows + 1)
     corners = [(xs[0], ys[0]), (xs[-1], ys[0]), (xs[-1], ys[-1]), (xs[0], ys[-1]), (xs[0], ys[0])]
     for a, b in pairwise(corners):
@@ -84,10 +84,10 @@ def timed(act: Callable[[], object], reset: Callable[[], object], times: int) ->
 
 
 def recounted(
-    ground: Ground, source: patterndb.Database, times: int
+    surface: Ground, source: patterndb.Database, times: int
 ) -> list[tuple[str, list[float]]]:
     """Counts of MANY patches, chosen anew and changed one by one."""
-    editor = drawn(ground, source, *MANY)
+    editor = drawn(surface, source, *MANY)
     edge = editor.sizes.edge
     network, _ = choose_counts(editor.network, edge)
     name = f"{MANY[0] * MANY[1]} patches"
@@ -113,9 +113,9 @@ def main() -> None:
     parser.add_argument("--triangles", type=int, default=100_000)
     parser.add_argument("--times", type=int, default=20)
     given = parser.parse_args()
-    ground = hills(given.triangles)
+    surface = hills(given.triangles)
     with patterndb.open() as source:
-        editor = drawn(ground, source)
+        editor = drawn(surface, source)
         inside = len(editor.network.patches)
 
         def stroke() -> None:
@@ -130,7 +130,7 @@ def main() -> None:
             editor.do(Call("undo"))
             editor.fill()
 
-        at = ground.nearest([[7.5, 3.7, 0.0]])
+        at = surface.nearest([[7.5, 3.7, 0.0]])
         edge = next(iter(editor.network.patches.values()))
 
         def count() -> None:
@@ -140,18 +140,18 @@ def main() -> None:
 
         def suggest() -> object:
             return find_completions(
-                editor.network, ground, at.points[0], at.normals[0], editor.sizes
+                editor.network, surface, at.points[0], at.normals[0], editor.sizes
             )
 
         assert suggest()
-        spine = clean_stroke(line((8.6, 3.2), (8.7, 6.0)), ground, editor.sizes, closed=False)
+        spine = clean_stroke(line((8.6, 3.2), (8.7, 6.0)), surface, editor.sizes, closed=False)
         rows = [
             ("stroke to filled patch", timed(stroke, undo, given.times)),
             ("suggestions under the cursor", timed(suggest, int, given.times)),
             (
                 "a spine's preview",
                 timed(
-                    lambda: preview_spine(editor.network, ground, spine, editor.sizes),
+                    lambda: preview_spine(editor.network, surface, spine, editor.sizes),
                     int,
                     given.times,
                 ),
@@ -162,8 +162,8 @@ def main() -> None:
                 timed(lambda: list(rank_fills(editor.network, edge, source)), int, given.times),
             ),
         ]
-        rows += recounted(ground, source, given.times)
-        print(f"{len(ground.triangles):,} triangles, {inside} patches\n")
+        rows += recounted(surface, source, given.times)
+        print(f"{len(surface.triangles):,} triangles, {inside} patches\n")
     print("| what | median, ms | slowest, ms |")
     print("|---|---:|---:|")
     for name, times in rows:

@@ -90,8 +90,8 @@ def make_ball(rounds: int) -> Ground:
 
 @dataclass(frozen=True, slots=True)
 class RandomWalk:
-    """points, directions: (n, 3) on the ground, and where the walk goes there. whole: did it get to
-    its end, without a border in its way?"""
+    """points, directions: (n, 3) on the surface, and where the walk goes there. whole: did it get
+    to its end, without a border in its way?"""
 
     points: Points
     directions: Points
@@ -100,10 +100,10 @@ class RandomWalk:
 
 
 def walk_ahead(
-    ground: Ground, start: Points, direction: Points, length: float, n: int
+    surface: Ground, start: Points, direction: Points, length: float, n: int
 ) -> RandomWalk:
-    """Walk straight ahead on a ground in n steps, by steps in the tangent plane and back to it."""
-    foot = ground.nearest(start[None])
+    """Walk straight ahead on a surface in n steps, by steps in the tangent plane and back to it."""
+    foot = surface.nearest(start[None])
     points, ways, under = [foot.points[0]], [], [int(foot.triangles[0])]
     step, whole = length / n, True
     way = direction
@@ -112,7 +112,7 @@ def walk_ahead(
         way = units((way - (way @ up) * up)[None])[0]
         ways.append(way)
         ahead = foot.points[0] + step * way
-        foot = ground.nearest_facing(ahead[None], up[None]).feet
+        foot = surface.nearest_facing(ahead[None], up[None]).feet
         if np.linalg.norm(foot.points[0] - points[-1]) < 0.5 * step:
             whole = False
             break
@@ -122,17 +122,17 @@ def walk_ahead(
     return RandomWalk(np.array(points), np.array(ways[: len(points)]), np.array(under), whole)
 
 
-def is_smooth(ground: Ground, along: RandomWalk, half_width: float) -> bool:
-    """Is the ground smooth beside a walk, as far as a spine of this half-width reaches?"""
+def is_smooth(surface: Ground, along: RandomWalk, half_width: float) -> bool:
+    """Is the surface smooth beside a walk, as far as a spine of this half-width reaches?"""
     if not along.whole:
         return False
-    corner = ground.vertices[ground.triangles]
+    corner = surface.vertices[surface.triangles]
     faces = units(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
     for k in range(0, len(along.points), 4):
         up = faces[along.triangles[k]]
         for side in (-1.0, 1.0):
             beside = walk_ahead(
-                ground,
+                surface,
                 along.points[k],
                 side * np.cross(along.directions[k], up),
                 half_width,
@@ -152,26 +152,26 @@ def measure_off(curves: list[Points], line: Points, half_width: float) -> float:
 
 
 def count_accepted(
-    ground: Ground, share: float, strokes: int, seed: int
+    surface: Ground, share: float, strokes: int, seed: int
 ) -> tuple[int, int, int, list[float], Counter[str]]:
     """Accepted of all strokes; smooth ones, and accepted of these; how far off these are, and why
     others were refused."""
-    sizes = Sizes.of(ground.diagonal)
+    sizes = Sizes.of(surface.diagonal)
     sizes = replace(sizes, spine=share * sizes.spine)
     rng = np.random.default_rng(seed)
-    places = spread_points(ground, 40 * strokes)
+    places = spread_points(surface, 40 * strokes)
     accepted = smooth = both = 0
     off: list[float] = []
     why: Counter[str] = Counter()
     for start in places[rng.choice(len(places), strokes, replace=False)]:
         length = LENGTH * sizes.spine
-        along = walk_ahead(ground, start, rng.normal(size=3), length, int(LENGTH) * STEPS)
-        clean = is_smooth(ground, along, sizes.spine)
+        along = walk_ahead(surface, start, rng.normal(size=3), length, int(LENGTH) * STEPS)
+        clean = is_smooth(surface, along, sizes.spine)
         smooth += clean
-        stroke = clean_stroke(along.points, ground, sizes, False)
-        network = Network(longest=2.0 * ground.diagonal)
+        stroke = clean_stroke(along.points, surface, sizes, False)
+        network = Network(longest=2.0 * surface.diagonal)
         try:
-            edit = draw_spine(network, ground, stroke, sizes)
+            edit = draw_spine(network, surface, stroke, sizes)
         except RefusedError as error:
             why[("smooth: " if clean else "") + str(error)] += 1
             continue
@@ -194,20 +194,20 @@ def main() -> None:
     print("| surface | triangles | width | accepted | of smooth | off |\n|---|" + "---:|" * 5)
     for name in options.surfaces:
         if name.startswith("ball"):
-            ground = make_ball(round(np.log(int(name.split()[1]) / 20.0) / np.log(4.0)))
+            surface = make_ball(round(np.log(int(name.split()[1]) / 20.0) / np.log(4.0)))
         else:
             there = ROOT / "examples" if name == "jug" else options.shared / "data" / "surfaces"
             path = there / f"{name}.obj"
             if not path.is_file():
                 print(f"{name}: {path} is not there", file=sys.stderr)
                 continue
-            ground = Ground.of_polygons(read_mesh(path))
+            surface = Ground.of_polygons(read_mesh(path))
         for share in WIDTHS:
             accepted, smooth, both, off, why = count_accepted(
-                ground, share, options.strokes, options.seed
+                surface, share, options.strokes, options.seed
             )
             print(
-                f"| {name} | {len(ground.triangles):,} | {share:g} | {accepted} of "
+                f"| {name} | {len(surface.triangles):,} | {share:g} | {accepted} of "
                 f"{options.strokes} | {both} of {smooth} | "
                 f"{np.median(off) if off else np.nan:.2f} |",
                 flush=True,

@@ -46,7 +46,7 @@ class Played:
     """A script, and what came of it. seconds: that playing took."""
 
     script: Script
-    ground: Ground
+    surface: Ground
     found: FilledNetwork
     seconds: float
 
@@ -57,24 +57,24 @@ def played(script: Path, data: Path) -> Played | None:
     path = data / "surfaces" / Path(wanted.surface).name
     if not path.is_file():
         return None
-    ground = Ground.of_polygons(read_mesh(path))
+    surface = Ground.of_polygons(read_mesh(path))
     started = time.perf_counter()
     with patterndb.open() as database:
-        editor = Editor(ground, database)
+        editor = Editor(surface, database)
         for line, outcome in play_script(wanted, editor, _no_export):
             for note in outcome.notes:
                 print(f"{script.name}, line {line.number}: {note}", file=sys.stderr)
         found = editor.fill()
-    return Played(wanted, ground, found, time.perf_counter() - started)
+    return Played(wanted, surface, found, time.perf_counter() - started)
 
 
 def row(name: str, one: Played) -> str:
     """The table's row of a script."""
-    made = report_mesh(one.found, one.ground)
+    made = report_mesh(one.found, one.surface)
     sides = ", ".join(f"{count} of {corners}" for corners, count in made.patches.items())
     cells = (
         name,
-        f"{len(one.ground.triangles):,}",
+        f"{len(one.surface.triangles):,}",
         f"{len(one.script.lines)}",
         f"{sum(made.patches.values())}: {sides}",
         f"{made.quads}",
@@ -90,7 +90,7 @@ def row(name: str, one: Played) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def artist_row(name: str, path: Path, ground: Ground) -> str:
+def artist_row(name: str, path: Path, surface: Ground) -> str:
     """The row of an artist's mesh, closed, of quads and other polygons."""
     mesh = read_mesh(path)
     arities = mesh.arities()
@@ -100,10 +100,10 @@ def artist_row(name: str, path: Path, ground: Ground) -> str:
     pairs = np.minimum(tail, head) << 32 | np.maximum(tail, head)
     _, uses = np.unique(pairs, return_counts=True)
     valence = np.bincount(mesh.corners)
-    surface = Surface.from_polygons(mesh)
+    covered = Surface.from_polygons(mesh)
     # As quads, the last corner twice: what is measured are triangles.
-    faces = surface.triangles[:, [0, 1, 2, 2]]
-    to, back = hausdorff(surface.vertices, faces, ground)
+    faces = covered.triangles[:, [0, 1, 2, 2]]
+    to, back = hausdorff(covered.vertices, faces, surface)
     others = int((arities != 4).sum())
     cells = (
         f"{name}, the artist's",
@@ -142,7 +142,7 @@ def main() -> None:
         print(row(name, one))
         artist = data / "meshes" / Path(one.script.surface).name
         if artist.is_file():
-            print(artist_row(artist.stem, artist, one.ground))
+            print(artist_row(artist.stem, artist, one.surface))
 
 
 def _no_export(name: str, found: FilledNetwork) -> None:

@@ -317,11 +317,11 @@ def make_fine(triangles: int) -> dict[str, Callable[[ShellSettings, Path], Any]]
     """Make what makes the windows, those of models on so many triangles."""
     from patterndb_sketch.features.model import Model
 
-    ground = hills(triangles)
-    points = ground.vertices - SIDE / 2.0
-    model = Model.from_arrays(points, ground.triangles)
+    surface = hills(triangles)
+    points = surface.vertices - SIDE / 2.0
+    model = Model.from_arrays(points, surface.triangles)
     return MAKERS | {
-        "retopo": lambda settings, folder: make_retopo(settings, folder, ground),
+        "retopo": lambda settings, folder: make_retopo(settings, folder, surface),
         "features": lambda settings, folder: make_features(settings, folder, model),
     }
 

@@ -55,9 +55,9 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb_sketch.retopo.tool": ("Tool", "Control", "ToolWork", "Result"),
     "patterndb_sketch.retopo.ground": (
         "Ground",
-        "GroundPoints",
+        "SurfacePoints",
         "ProjectedPoints",
-        "GroundStroke",
+        "SurfaceCurve",
         "clean_stroke",
     ),
     "patterndb_sketch.retopo.network": ("Network", "Node", "Chain", "Patch"),

@@ -49,11 +49,11 @@ OTHERWISE = "from the other side"
 def draw(name: str, data: Path, out: Path) -> None:
     """Play the script and write its picture."""
     script = read_script(SCRIPTS / f"{name}.jsonl")
-    ground = Ground.of_polygons(read_mesh(data / "surfaces" / Path(script.surface).name))
+    surface = Ground.of_polygons(read_mesh(data / "surfaces" / Path(script.surface).name))
     one, other = VIEWS[name]
     captions = ("curves", "quads", OTHER.get(name, OTHERWISE))
     with patterndb.open() as database:
-        editor = Editor(ground, database)
+        editor = Editor(surface, database)
         play(editor, script)
         panels = [
             picture(editor, one, PANEL, quads=False),

@@ -123,19 +123,19 @@ def picture(
     editor: Editor, view: View, size: tuple[int, int], *, quads: bool = True
 ) -> Image.Image:
     """The surface, its quads and its curves."""
-    ground, edge = editor.ground, view.thick * editor.sizes.edge
+    surface, edge = editor.surface, view.thick * editor.sizes.edge
     eye = np.array(view.toward) / np.linalg.norm(view.toward)
     plotter = pv.Plotter(off_screen=True, window_size=[FINER * size[0], FINER * size[1]])
     plotter.set_background(PAPER)  # pyright: ignore[reportCallIssue, reportArgumentType]
     filled = editor.fill()
     mesh = weld_fills(filled)
-    at = ground.vertices
+    at = surface.vertices
     if quads and len(mesh.quads):
-        at = at - _depths(mesh, ground, edge)[:, None] * eye
+        at = at - _depths(mesh, surface, edge)[:, None] * eye
     if not (quads and _closed(mesh)):
-        surface = pv.PolyData.from_regular_faces(at, ground.triangles)
-        surface.point_data["Normals"] = ground.normals
-        plotter.add_mesh(surface, color=SURFACE, smooth_shading=True, ambient=0.28, specular=0.05)
+        shown = pv.PolyData.from_regular_faces(at, surface.triangles)
+        shown.point_data["Normals"] = surface.normals
+        plotter.add_mesh(shown, color=SURFACE, smooth_shading=True, ambient=0.28, specular=0.05)
     if quads and len(mesh.quads):
         _quads(plotter, editor, mesh.vertices + LIFT * edge * mesh.normals, eye, edge)
     for chain in editor.network.chains.values():
@@ -166,17 +166,17 @@ def _tube(plotter: pv.Plotter, line: pv.PolyData, radius: float, colour: str) ->
     plotter.add_mesh(tube, color=colour, lighting=False)
 
 
-def _depths(mesh: RetopoMesh, ground: Ground, edge: float) -> NDArray[np.float64]:
-    """(v,) how much deeper the ground's vertices are drawn: those that lie below quads."""
+def _depths(mesh: RetopoMesh, surface: Ground, edge: float) -> NDArray[np.float64]:
+    """(v,) how much deeper the surface's vertices are drawn: those that lie below quads."""
     halves = np.concatenate([mesh.quads[:, [0, 1, 2]], mesh.quads[:, [0, 2, 3]]])
-    feet = Surface.from_arrays(mesh.vertices, halves).nearest(ground.vertices)
+    feet = Surface.from_arrays(mesh.vertices, halves).nearest(surface.vertices)
     corner = mesh.vertices[halves[feet.triangles]]
     up = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    away = ground.vertices - feet.points
+    away = surface.vertices - feet.points
     far = np.linalg.norm(away, axis=1)
     # Beside quads, not below them, the way to the nearest is along the surface.
-    below = np.abs(np.einsum("nc,nc->n", away, ground.normals)) >= 0.7 * far
-    below &= (far < edge) & (np.einsum("nc,nc->n", up, ground.normals) > 0.0)
+    below = np.abs(np.einsum("nc,nc->n", away, surface.normals)) >= 0.7 * far
+    below &= (far < edge) & (np.einsum("nc,nc->n", up, surface.normals) > 0.0)
     return np.where(below, SINK * edge + 2.0 * far, 0.0)
 
 
@@ -258,13 +258,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images")
     arguments = parser.parse_args()
     wanted = set(arguments.numbers or range(1, 6))
-    ground = Ground.of_polygons(read_mesh(arguments.data / "surfaces" / "penguin.obj"))
+    surface = Ground.of_polygons(read_mesh(arguments.data / "surfaces" / "penguin.obj"))
 
     def to(number: int) -> Path:
         return arguments.out / f"retopo-tutorial-{number}.png"
 
     with patterndb.open(arguments.db) as db:
-        editor = Editor(ground, db)
+        editor = Editor(surface, db)
         for title, script in stages(SCRIPT):
             play(editor, script)
             large = (400, 560)

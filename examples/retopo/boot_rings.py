@@ -57,5 +57,5 @@ PLACES = {
 def rings(s: Sketch) -> None:
     """Both rings, and the names of places on them."""
     for at, across in (BELOW, ABOVE):
-        s.once("loop", at=s.ground.nearest(np.array([at])).points[0], normal=np.array(across))
+        s.once("loop", at=s.surface.nearest(np.array([at])).points[0], normal=np.array(across))
     s.near(**PLACES)

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.system.files import replace_file
 from patterndb_sketch.retopo.editor import Call
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, cut_by_plane, trace_geodesic
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints, cut_by_plane, trace_geodesic
 from patterndb_sketch.retopo.script import line_of
 
 Points = NDArray[np.float64]
@@ -55,13 +55,13 @@ class Sketch:
     """
 
     def __init__(
-        self, ground: Ground, surface: str, mirror: int | None = None, on_plane: float = 0.004
+        self, surface: Ground, file: str, mirror: int | None = None, on_plane: float = 0.004
     ) -> None:
-        self.ground = ground
         self.surface = surface
+        self.file = file
         self.mirror = mirror
-        self.reach = on_plane * ground.diagonal
-        self.decimals = DECIMALS - round(np.log10(ground.diagonal))
+        self.reach = on_plane * surface.diagonal
+        self.decimals = DECIMALS - round(np.log10(surface.diagonal))
         self.places: dict[str, Points] = {}
         self._middles: dict[frozenset[str], Points] = {}
         self.spacing = SPACING
@@ -74,10 +74,10 @@ class Sketch:
         axis = "xyz".index(side[1])
         towards = np.zeros(3)
         towards[axis] = 1.0 if side[0] == "+" else -1.0
-        far = 10.0 * self.ground.diagonal
+        far = 10.0 * self.surface.diagonal
         for name, at in places.items():
             point = np.insert(np.asarray(at, float), axis, 0.0)
-            found = self.ground.project((point + far * towards)[None], towards[None], 2.0 * far)
+            found = self.surface.project((point + far * towards)[None], towards[None], 2.0 * far)
             if len(found.missed) or len(found.lost):
                 raise ValueError(f"{name} is beside the surface: seen from {side} at {list(at)}")
             self._name(name, found.feet.points[0])
@@ -85,7 +85,7 @@ class Sketch:
     def near(self, **places: Sequence[float]) -> None:
         """Name the points of the surface nearest to points in space."""
         for name, at in places.items():
-            self._name(name, self.ground.nearest(np.asarray(at, float)[None]).points[0])
+            self._name(name, self.surface.nearest(np.asarray(at, float)[None]).points[0])
 
     def ring(
         self,
@@ -102,10 +102,10 @@ class Sketch:
         """
         across = np.asarray(normal, float)
         middle = np.asarray(at, float)
-        start = self.ground.nearest(middle[None])
+        start = self.surface.nearest(middle[None])
         if inside:
             start = self._beyond(middle, across, next(iter(names.values())))
-        cut = cut_by_plane(self.ground, start, across).round
+        cut = cut_by_plane(self.surface, start, across).round
         cut = at_lengths(cut, np.linspace(0.0, arc_length(cut)[-1], AROUND + 1)[:-1])
         self._name_around(cut, names)
         self._call("loop", at=start.points[0], normal=across)
@@ -127,13 +127,13 @@ class Sketch:
         at = [self.places[name] for name in names]
         if closed:
             at.append(at[0])
-        feet = [self.ground.nearest(one[None]) for one in at]
+        feet = [self.surface.nearest(one[None]) for one in at]
         parts: list[Points] = []
         fixed = [0]
         for one, two in pairwise(feet):
-            path = trace_geodesic(self.ground, one, two).points
+            path = trace_geodesic(self.surface, one, two).points
             along = arc_length(path)
-            count = max(3, round(float(along[-1]) / (self.fine * self.ground.diagonal)))
+            count = max(3, round(float(along[-1]) / (self.fine * self.surface.diagonal)))
             even = at_lengths(path, np.linspace(0.0, along[-1], count + 1))
             parts.append(even[1:] if parts else even)
             fixed.append(fixed[-1] + count)
@@ -185,7 +185,7 @@ class Sketch:
 
     def write(self, path: Path) -> None:
         """Write the script."""
-        lines = [line_of(Call("open", {"surface": self.surface})), *map(line_of, self.calls)]
+        lines = [line_of(Call("open", {"surface": self.file})), *map(line_of, self.calls)]
         replace_file(path, "\n".join(lines) + "\n")
 
     def mirrored(self, name: str) -> str:
@@ -200,9 +200,9 @@ class Sketch:
             if abs(point[self.mirror]) <= self.reach:
                 point = point.copy()
                 point[self.mirror] = 0.0
-                point = self.ground.nearest(point[None]).points[0]
+                point = self.surface.nearest(point[None]).points[0]
             else:
-                there = self.ground.nearest((point * self._turn())[None])
+                there = self.surface.nearest((point * self._turn())[None])
                 self.places[name + MIRRORED] = there.points[0]
         self.places[name] = point
 
@@ -219,11 +219,11 @@ class Sketch:
     def _remember(self, one: str, two: str, middle: Points) -> None:
         self._middles[frozenset((one, two))] = middle
 
-    def _beyond(self, at: Points, across: Points, way: Sequence[float]) -> GroundPoints:
+    def _beyond(self, at: Points, across: Points, way: Sequence[float]) -> SurfacePoints:
         """What is met first from a point inside, in the plane across which ``across`` stands."""
         towards = np.asarray(way, float)
         towards = towards - (towards @ across) / (across @ across) * across
-        found = self.ground.project(at[None], towards[None], self.ground.diagonal).feet
+        found = self.surface.project(at[None], towards[None], self.surface.diagonal).feet
         if (found.points[0] - at) @ towards < 0.0:
             raise ValueError(f"{at.tolist()} is outside the surface")
         return found
@@ -264,13 +264,13 @@ class Sketch:
 
     def _stroke(self, curve: Points, closed: bool) -> None:
         along = arc_length(curve)
-        count = max(3, round(float(along[-1]) / (self.spacing * self.ground.diagonal)))
+        count = max(3, round(float(along[-1]) / (self.spacing * self.surface.diagonal)))
         even = at_lengths(curve, np.linspace(0.0, along[-1], count + 1))
         self._call("stroke", points=even[:-1] if closed else even, closed=closed)
 
     def _bent(self, at: Points, fixed: NDArray[np.intp], closed: bool) -> Points:
         """A polyline bent as little as its fixed points and the surface let it."""
-        up = self.ground.nearest(at).normals
+        up = self.surface.nearest(at).normals
         free = np.setdiff1d(np.arange(len(at)), fixed)
         if len(at) < 4 or not len(free):
             return at
@@ -282,7 +282,7 @@ class Sketch:
             moved[free] = np.linalg.solve(matrix[np.ix_(free, free)], right)
             if closed:
                 moved[-1] = moved[0]
-            done = self.ground.project(moved, up, 0.1 * self.ground.diagonal).feet
+            done = self.surface.project(moved, up, 0.1 * self.surface.diagonal).feet
             moved, up = done.points, done.normals
             moved[fixed] = at[fixed]
             at = moved

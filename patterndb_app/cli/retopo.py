@@ -269,28 +269,28 @@ def retopo(
     done: list[ScriptLine] = []
     with open_database(db) as database:
         start = begin_retopo(asked, wanted, database)
-        editor, name = start.editor, Path(start.surface).name
+        editor, name = start.editor, Path(start.name).name
         for one in find_recoveries(session):
             say(
                 f"a crash left work on this session: {one.path}; rename it to end in .retopo to "
                 "read it, or press R in the window"
             )
-        say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
-        if start.ground.turned:
-            say(f"{plural(start.ground.turned, 'triangle')} turned over, to face as all others do")
+        say(f"{name}: {plural(len(start.surface.triangles), 'triangle')}")
+        if start.surface.turned:
+            say(f"{plural(start.surface.turned, 'triangle')} turned over, to face as all others do")
         began = perf_counter()
         drafted = [_make_draft(editor, wishes)] if draft else []
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
         seconds = perf_counter() - began
-        said = Script(start.surface, (*drafted, *done), start.quads)
+        said = Script(start.name, (*drafted, *done), start.quads)
         if view:
             _look(editor, name, session, record, said, known)
             found = editor.fill()
         mesh = editor.mesh(found)
         if session is not None and (wanted is not None or draft) and not view:
-            made_session = RetopoSession(start.ground, editor.state, name)
+            made_session = RetopoSession(start.surface, editor.state, name)
             known.save(session, lambda: write_session(session, made_session))
             say(f"written: {session}")
         if record is not None and not view:
@@ -311,11 +311,11 @@ def retopo(
         return 0
     from patterndb_sketch.retopo.filling.report import find_open_loops, report_mesh
 
-    made = report_mesh(found, start.ground, mesh)
+    made = report_mesh(found, start.surface, mesh)
     if as_json:
         document: dict[str, object] = {
-            "surface": start.surface,
-            "triangles": len(start.ground.triangles),
+            "surface": start.name,
+            "triangles": len(start.surface.triangles),
             "calls": 0 if wanted is None else len(wanted.lines),
             "refused": [
                 {"line": line.number, "tool": line.call.tool, "why": outcome.refused}
@@ -491,10 +491,10 @@ def check_draft(asked: RetopoRequest, draft: bool, wishes: Mapping[str, object])
 
 @dataclass(frozen=True, slots=True)
 class RetopoBeginning:
-    """surface: what it is called, in reports and scripts. quads: was it begun from quads?"""
+    """name: what it is called, in reports and scripts. quads: was it begun from quads?"""
 
-    surface: str
-    ground: Ground
+    name: str
+    surface: Ground
     editor: Editor
     quads: bool
 
@@ -512,13 +512,13 @@ def begin_retopo(
             _refuse_other_surface(kept, asked, database)
         if script is not None and asked.script is not None:
             _refuse_another(kept, script, asked.script)
-        editor = Editor(kept.ground, database)
+        editor = Editor(kept.surface, database)
         editor.restore(kept.state)
-        return RetopoBeginning(kept.name, kept.ground, editor, False)
+        return RetopoBeginning(kept.name, kept.surface, editor, False)
     path = _path(asked, script)
     quads = asked.quads or (script is not None and script.quads)
-    editor = _from_quads(path, database) if quads else Editor(_ground(path), database)
-    return RetopoBeginning(str(path), editor.ground, editor, quads)
+    editor = _from_quads(path, database) if quads else Editor(_read_surface(path), database)
+    return RetopoBeginning(str(path), editor.surface, editor, quads)
 
 
 def _path(asked: RetopoRequest, script: Script | None) -> Path:
@@ -533,7 +533,7 @@ def _path(asked: RetopoRequest, script: Script | None) -> Path:
     return path
 
 
-def _ground(path: Path) -> Ground:
+def _read_surface(path: Path) -> Ground:
     from ingest.formats import read_mesh
     from patterndb.errors import InvalidMeshError
     from patterndb_sketch.retopo.ground import Ground
@@ -574,8 +574,8 @@ def _refuse_other_surface(
 
     path = asked.surface
     assert path is not None
-    ground = _from_quads(path, database).ground if asked.quads else _ground(path)
-    if not kept.ground.is_same(ground):
+    surface = _from_quads(path, database).surface if asked.quads else _read_surface(path)
+    if not kept.surface.is_same(surface):
         raise InvalidRetopoError(
             f"{path} is not the surface of {asked.session}, which was begun on "
             f"{kept.name or 'an unnamed one'}; leave SURFACE out to go on, or name another session"
@@ -589,7 +589,7 @@ def _refuse_another(kept: RetopoSession, script: Script, beside: Path) -> None:
     from patterndb_sketch.retopo.script import surface_path
 
     path = surface_path(script, beside)
-    if not kept.ground.is_same(_ground(path)):
+    if not kept.surface.is_same(_read_surface(path)):
         raise InvalidRetopoError(
             f"{beside}: its surface, {path}, is not the session's, {kept.name or 'unnamed'}; "
             "name the surface that the session was begun on, or another session"

@@ -67,7 +67,7 @@ PLANES = 4
 
 
 class Editor:
-    """A network on a ground, edited by calls.
+    """A network on a surface, edited by calls.
 
     A window, a script and a test say what is to be done in the same calls; "undo" and "redo" are
     two of them. A tool that refuses, or changes nothing, leaves no step in the history. After a
@@ -75,15 +75,15 @@ class Editor:
     when there is time.
     """
 
-    def __init__(self, ground: Ground, source: PatternSource, sizes: Sizes | None = None) -> None:
-        """On a ground, whose borders become marked chains; source: of patterns."""
-        self.ground = ground
+    def __init__(self, surface: Ground, source: PatternSource, sizes: Sizes | None = None) -> None:
+        """On a surface, whose borders become marked chains; source: of patterns."""
+        self.surface = surface
         self.source = source
-        chosen = Sizes.of(ground.diagonal) if sizes is None else sizes
-        network = Network(longest=2.0 * ground.diagonal)
-        network = add_borders(network, ground, chosen.sampling)
+        chosen = Sizes.of(surface.diagonal) if sizes is None else sizes
+        network = Network(longest=2.0 * surface.diagonal)
+        network = add_borders(network, surface, chosen.sampling)
         self._history = History(State(network, chosen))
-        # What is placed, and where ridges are, depends on the ground: the half one has its own.
+        # What is placed, and where ridges are, depends on the surface: the half one has its own.
         self._caches: dict[Plane | None, PlacedCache] = {}
         self._halves: dict[Plane, Half] = {}
         self._kept: dict[Hashable, Any] = {}
@@ -91,9 +91,9 @@ class Editor:
 
     @classmethod
     def of_quads(cls, found: QuadImport, source: PatternSource) -> Editor:
-        """On the ground of a mesh of quads, with its regular grids as patches, and other faces
+        """On the surface of a mesh of quads, with its regular grids as patches, and other faces
         as they are."""
-        editor = cls(found.ground, source, found.sizes)
+        editor = cls(found.surface, source, found.sizes)
         editor.restore(State(found.network, found.sizes))
         editor.adopt(editor.network, found.filled)
         return editor
@@ -112,19 +112,19 @@ class Editor:
 
     @property
     def half(self) -> Half | None:
-        """The half of the ground that is worked on; None where symmetry is off."""
+        """The half of the surface that is worked on; None where symmetry is off."""
         plane = self.state.plane
         if plane is None:
             return None
         if plane not in self._halves:
-            self._halves[plane] = cut_half(self.ground, plane)
+            self._halves[plane] = cut_half(self.surface, plane)
         return self._halves[plane]
 
     @property
-    def ground_now(self) -> Ground:
-        """What curves and quads lie on: the ground, or its half while symmetry is on."""
+    def surface_now(self) -> Ground:
+        """What curves and quads lie on: the surface, or its half while symmetry is on."""
         half = self.half
-        return self.ground if half is None else half.ground
+        return self.surface if half is None else half.surface
 
     @property
     def filled(self) -> FilledNetwork | None:
@@ -159,7 +159,8 @@ class Editor:
         arguments = read_arguments(call.tool, tool.arguments, call.arguments)
         try:
             result = tool.act(
-                ToolWork(self.state, self.ground_now, self.source, self.half, self._kept), arguments
+                ToolWork(self.state, self.surface_now, self.source, self.half, self._kept),
+                arguments,
             )
             check_kept_faces(self.network, result.state.network)
         except RefusedError as error:
@@ -175,20 +176,20 @@ class Editor:
         if not tool.holds:
             self._refit(before)
         ends = describe_open_ends(before, state.network, state.sizes)
-        leaps = describe_leaps(before, state.network, self.ground_now)
+        leaps = describe_leaps(before, state.network, self.surface_now)
         return Outcome(True, None, (*result.notes, *ends, *leaps), ends)
 
     def _refit(self, before: Network) -> None:
         """Fit quads of a draft to the surface where the last step filled patches anew."""
-        state, ground, half = self.state, self.ground_now, self.half
+        state, surface, half = self.state, self.surface_now, self.half
         cache = self._cache_of(state.plane)
         fitted = refit_quads(
             before,
             state.network,
-            ground,
+            surface,
             self.source,
             state.sizes,
-            lambda: sample_both_sides(ground, half, state.sizes.edge),
+            lambda: sample_both_sides(surface, half, state.sizes.edge),
             cache,
         )
         if fitted is not state.network:
@@ -213,7 +214,7 @@ class Editor:
     def fill(self) -> FilledNetwork:
         """Counts, fills and places for all patches of the state now; it keeps them."""
         cache = self._cache_of(self.state.plane)
-        found = fill_network(self.network, self.ground_now, self.source, self.sizes.edge, cache)
+        found = fill_network(self.network, self.surface_now, self.source, self.sizes.edge, cache)
         self.adopt(self.network, found)
         return found
 

@@ -27,9 +27,9 @@ def describe_open_ends(before: Network, after: Network, sizes: Sizes) -> tuple[s
     )
 
 
-def describe_leaps(before: Network, after: Network, ground: Ground) -> tuple[str, ...]:
+def describe_leaps(before: Network, after: Network, surface: Ground) -> tuple[str, ...]:
     """Where an edit left curves that leave the surface, likewise."""
-    leaps = find_new_leaps(before, after, ground)
+    leaps = find_new_leaps(before, after, surface)
     if not len(leaps):
         return ()
     what = "a curve leaves" if len(leaps) == 1 else "curves leave"
@@ -48,8 +48,8 @@ def _list_new_ends(before: Network, after: Network) -> list[Node]:
     ]
 
 
-def find_new_leaps(before: Network, after: Network, ground: Ground) -> Points:
-    """(k, 3) where curves that are new, or run elsewhere than before, leave the ground.
+def find_new_leaps(before: Network, after: Network, surface: Ground) -> Points:
+    """(k, 3) where curves that are new, or run elsewhere than before, leave the surface.
 
     Not those that a draft laid: they were traced on the surface, and the draft is judged by its
     quads. Between sheets closer than its samples the nearest sheet need not be its own.
@@ -60,20 +60,21 @@ def find_new_leaps(before: Network, after: Network, ground: Ground) -> Points:
             continue
         former = before.chains.get(number)
         if former is None or former.points is not chain.points:
-            found.append(find_leaps(ground, chain.points, chain.loose))
+            found.append(find_leaps(surface, chain.points, chain.loose))
     leaps = np.concatenate(found)
     if not len(leaps) or not before.chains:
         return leaps
     # A curve that is cut by the edit is another chain: what it did before it still does.
     former = [
-        find_leaps(ground, chain.points, chain.loose)
+        find_leaps(surface, chain.points, chain.loose)
         for number, chain in before.chains.items()
         if number not in after.chains and not chain.laid
     ]
     old = np.concatenate([np.empty((0, 3)), *former])
     away = np.linalg.norm(leaps[:, None] - old, axis=2)
-    return leaps[~(away < SAME_LEAP * ground.diagonal).any(axis=1)]
+    return leaps[~(away < SAME_LEAP * surface.diagonal).any(axis=1)]
 
 
-#: Two places where curves leave the ground are one if they are this near, in parts of the diagonal.
+#: Two places where curves leave the surface are one if they are this near, in parts of the
+#: diagonal.
 SAME_LEAP = 0.002

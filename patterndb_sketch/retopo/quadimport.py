@@ -57,15 +57,15 @@ class QuadImport:
 
     network: its curves, with their counts, and a patch for every grid, whose fill holds all
              vertices where they were.
-    ground:  what it lies on: the mesh itself, in triangles, unless another was given.
-    sizes:   the ground's, with the mean length of the mesh's edges as the target edge.
+    surface:  what it lies on: the mesh itself, in triangles, unless another was given.
+    sizes:   the surface's, with the mean length of the mesh's edges as the target edge.
     filled:  the network with its patches placed: the mesh again.
     vertex:  of every patch by id: (n,) int32, the mesh's vertex that each vertex of its fill is.
     unused:  how many vertices no face uses; they are left out.
     """
 
     network: Network
-    ground: Ground
+    surface: Ground
     sizes: Sizes
     filled: FilledNetwork
     vertex: dict[int, Int32Array]
@@ -75,7 +75,7 @@ class QuadImport:
 def import_quads(
     vertices: ArrayLike,
     quads: ArrayLike,
-    ground: Ground | None = None,
+    surface: Ground | None = None,
     others: Sequence[Sequence[int]] = (),
 ) -> QuadImport:
     """Take a mesh of quads apart into patches of regular grids, to be edited as if drawn.
@@ -83,8 +83,8 @@ def import_quads(
     vertices: (v, 3). quads: (q, 4), counter-clockwise seen from outside.
     others:   triangles and larger faces, each the vertices around it, turned as the quads are. They
               stay as they are: loops of curves of one edge each, which nothing erases or moves.
-    ground:   a surface to draw on; the mesh is projected onto it. Without one the mesh is its
-              own ground, and every vertex stays where it is, bit for bit.
+    surface:   a surface to draw on; the mesh is projected onto it. Without one the mesh is its
+              own surface, and every vertex stays where it is, bit for bit.
 
     As long as nothing is edited, the network's mesh is the one given, vertex for vertex. A patch
     of which a count or the fill changes is laid anew; the others stay. Corners that were
@@ -93,10 +93,10 @@ def import_quads(
     Raises InvalidRetopoError for what is no manifold mesh, all turned alike, with a quad; see
     :func:`~patterndb_sketch.retopo.quadgrids.check_quads`. Source: the retopology program of
     Takayama et al. 2013. Differs from it: see :mod:`.quadgrids`; vertices are not projected
-    where the mesh is the ground.
+    where the mesh is the surface.
     """
     mesh = check_quads(vertices, quads, others)
-    laid = _LaidMesh.of(mesh, ground)
+    laid = _LaidMesh.of(mesh, surface)
     marked, corner = mark_separatrices(mesh)
     found = follow_curves(mesh, marked, corner)
     return _ImportBuilder(mesh, laid, found).done(list_corner_curves(mesh, corner, found))
@@ -104,26 +104,26 @@ def import_quads(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _LaidMesh:
-    """points, normals: (v, 3) of the mesh's vertices on the ground. given: was there a ground?"""
+    """points, normals: (v, 3) of the mesh's vertices on the surface. given: was there a surface?"""
 
-    ground: Ground
+    surface: Ground
     sizes: Sizes
     points: Points
     normals: Points
     given: bool
 
     @classmethod
-    def of(cls, mesh: Quads, ground: Ground | None) -> _LaidMesh:
+    def of(cls, mesh: Quads, surface: Ground | None) -> _LaidMesh:
         own = Ground.of(mesh.points[: mesh.n_given], cut_triangles(mesh))
         normals = own.normals[own.vertex][mesh.given]
         steps = mesh.points[mesh.quads] - mesh.points[np.roll(mesh.quads, -1, axis=1)]
         edge = float(np.linalg.norm(steps, axis=2).mean())
-        if ground is None:
+        if surface is None:
             sizes = replace(Sizes.of(own.diagonal), edge=edge)
             return cls(own, sizes, mesh.points, normals, False)
-        sizes = replace(Sizes.of(ground.diagonal), edge=edge)
-        there = ground.project(mesh.points, normals)
-        return cls(ground, sizes, there.points, there.normals, True)
+        sizes = replace(Sizes.of(surface.diagonal), edge=edge)
+        there = surface.project(mesh.points, normals)
+        return cls(surface, sizes, there.points, there.normals, True)
 
 
 def cut_triangles(mesh: Quads) -> Int32Array:
@@ -164,7 +164,7 @@ class _ImportBuilder:
             for vertex in node
         }
         next_id = len(lines) + len(node)
-        longest = LONGEST * self.laid.ground.diagonal
+        longest = LONGEST * self.laid.surface.diagonal
         bare = Network(nodes, chains, {}, next_id, longest)
         patches: dict[int, Patch] = {}
         vertex: dict[int, Int32Array] = {}
@@ -184,7 +184,7 @@ class _ImportBuilder:
         unused = int(((self.mesh.valence == 0) & ~self.mesh.held).sum())
         laid = self.laid
         filled = FilledNetwork(network, placed, _note_losses(placed, unused))
-        return QuadImport(network, laid.ground, laid.sizes, filled, vertex, unused)
+        return QuadImport(network, laid.surface, laid.sizes, filled, vertex, unused)
 
     @cached_property
     def _beside(self) -> dict[tuple[int, int], tuple[bool, int]]:
@@ -254,7 +254,7 @@ class _ImportBuilder:
         points = (1.0 - share) * corners[edge] + share * corners[edge + 1]
         normals = units((1.0 - share) * up[edge] + share * up[edge + 1])
         if self.laid.given:
-            there = self.laid.ground.project(points, normals)
+            there = self.laid.surface.project(points, normals)
             inner = share[:, 0] > 0.0
             points[inner], normals[inner] = there.points[inner], there.normals[inner]
         at_vertex = share[:, 0] == 0.0

@@ -8,7 +8,7 @@ A session is one zip file of three entries:
   and patches are, in the order in which the network has them, and, where density is painted, the
   strokes of the brush: {"segments": [[...]], "radius": 0.1, "factor": 2, "sets": false}, a segment
   being nine numbers, where it begins and ends and the normal there;
-- surface.npz: vertices (v, 3) float64 and triangles (t, 3) int32 of the ground;
+- surface.npz: vertices (v, 3) float64 and triangles (t, 3) int32 of the surface;
 - network.npz: the points of the network, one after another in the same order. nodes (n, 6),
   chains (s, 6): points and normals of nodes, and of the samples of all chains. quads (q, 4): of
   the fills of all patches; codes (c,): their patterns' codes. lines (l, 3): points of flow lines.
@@ -211,10 +211,10 @@ class SessionEntries(Entries):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RetopoSession:
-    """All that editing needs. ground: the whole one, whatever symmetry is. name: of the file that
+    """All that editing needs. surface: the whole one, whatever symmetry is. name: of the file that
     the surface came from, for titles."""
 
-    ground: Ground
+    surface: Ground
     state: State
     name: str = ""
 
@@ -234,10 +234,10 @@ def write_session(path: Path | str, session: RetopoSession) -> None:
     replace_file(Path(path), session_bytes(session))
 
 
-def session_bytes(session: RetopoSession, surface: bytes | None = None) -> bytes:
+def session_bytes(session: RetopoSession, packed: bytes | None = None) -> bytes:
     """The file of a session; the same session gives the same bytes.
 
-    surface: what :func:`surface_bytes` gave for its ground, so that saving again and again need
+    packed: what :func:`surface_bytes` gave for its surface, so that saving again and again need
     not pack it each time.
     """
     document, arrays = _network_document(session.state.network)
@@ -254,20 +254,20 @@ def session_bytes(session: RetopoSession, surface: bytes | None = None) -> bytes
     with zipfile.ZipFile(file, "w") as archive:
         _add(archive, JSON_NAME, text.encode(), zipfile.ZIP_DEFLATED)
         # These are packed themselves.
-        _add(archive, SURFACE_NAME, surface or surface_bytes(session.ground))
+        _add(archive, SURFACE_NAME, packed or surface_bytes(session.surface))
         _add(archive, NETWORK_NAME, _packed(arrays))
     return file.getvalue()
 
 
-def surface_bytes(ground: Ground) -> bytes:
-    """A ground's vertices and triangles, packed; see :func:`session_bytes`."""
+def surface_bytes(surface: Ground) -> bytes:
+    """A surface's vertices and triangles, packed; see :func:`session_bytes`."""
     return _packed(
-        {"vertices": ground.vertices.astype("<f8"), "triangles": ground.triangles.astype("<i4")}
+        {"vertices": surface.vertices.astype("<f8"), "triangles": surface.triangles.astype("<i4")}
     )
 
 
 def autosave_session(
-    ground: Ground,
+    surface: Ground,
     state: State,
     *,
     session: Path | None = None,
@@ -279,10 +279,10 @@ def autosave_session(
 ) -> Autosave[State]:
     """Keep the states of an editor in case of a crash; name: of the surface's file, else as for
     :class:`patterndb_sketch.autosave.Autosave`."""
-    surface = cache(lambda: surface_bytes(ground))
+    packed = cache(lambda: surface_bytes(surface))
 
     def encode(state: State) -> bytes:
-        return session_bytes(RetopoSession(ground, state, name), surface())
+        return session_bytes(RetopoSession(surface, state, name), packed())
 
     return Autosave(
         encode,
@@ -320,21 +320,21 @@ def parse_session(data: bytes) -> RetopoSession:
     except InvalidRetopoError as error:
         document.at("sizes").fail(str(error))
     state = State(network, sizes, _plane(document.at("plane"), entries.plane))
-    surface = _arrays(content[SURFACE_NAME], SURFACE_ARRAYS)
+    arrays = _arrays(content[SURFACE_NAME], SURFACE_ARRAYS)
     try:
-        ground = Ground.of(surface["vertices"], surface["triangles"])
+        surface = Ground.of(arrays["vertices"], arrays["triangles"])
     except PatternDBError as error:
         raise InvalidRetopoError(f"the surface: {error}") from None
-    if len(ground.vertices) != len(surface["vertices"]) or ground.dropped:
+    if len(surface.vertices) != len(arrays["vertices"]) or surface.dropped:
         raise InvalidRetopoError(
             "the surface: vertices in one place, or triangles without an area, which no session has"
         )
     if state.plane is not None:
         try:
-            cut_half(ground, state.plane)
+            cut_half(surface, state.plane)
         except PatternDBError as error:
             document.at("plane").fail(str(error))
-    return RetopoSession(ground, state, entries.name)
+    return RetopoSession(surface, state, entries.name)
 
 
 def _plane(place: JsonValue, entries: PlaneEntries | None) -> Plane | None:

@@ -18,7 +18,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import MOST_POINTS, Argument, Number
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, SurfacePoints, clean_stroke
 from patterndb_sketch.retopo.network import Edit, Network, find_nearest_place, take_samples
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, refuse_beyond
@@ -36,7 +36,7 @@ Gesture = Literal[
 #: What of the network is shown to be meant: where ends snap to, a curve, a corner, or a patch.
 Target = Literal["ends", "chain", "corner", "patch", "none"]
 
-#: How far off a ground's box a point may be that is meant to be on it, and what lengths may be, as
+#: How far off a surface's box a point may be that is meant to be on it, and what lengths may be, as
 #: parts of its diagonal: what is beyond is a mistake in the unit, and would take all memory.
 FAR = 1.0
 LEAST_LENGTH, MOST_LENGTH = 1e-6, 100.0
@@ -46,34 +46,34 @@ LEAST_LENGTH, MOST_LENGTH = 1e-6, 100.0
 class ToolWork:
     """What a tool works on.
 
-    ground: the half that is worked on while symmetry is on. half: that half, with the whole.
+    surface: the half that is worked on while symmetry is on. half: that half, with the whole.
     kept: what a tool made before and may need again, by a key of its own; the editor keeps it.
     """
 
     state: State
-    ground: Ground
+    surface: Ground
     source: PatternSource
     half: Half | None = None
     kept: dict[Hashable, Any] = field(default_factory=dict)
 
     @property
     def network(self) -> Network:
-        """The network, which knows its ground: one that was read or restored does not yet."""
+        """The network, which knows its surface: one that was read or restored does not yet."""
         found = self.state.network
-        return found if found.ground is self.ground else replace(found, ground=self.ground)
+        return found if found.surface is self.surface else replace(found, surface=self.surface)
 
     @property
     def whole(self) -> Ground:
-        """The whole ground, whatever symmetry is."""
-        return self.ground if self.half is None else self.half.whole
+        """The whole surface, whatever symmetry is."""
+        return self.surface if self.half is None else self.half.whole
 
-    def find_foot(self, point: ArrayLike) -> GroundPoints:
-        """The point of the ground nearest to a point (3,), as one foot."""
+    def find_foot(self, point: ArrayLike) -> SurfacePoints:
+        """The point of the surface nearest to a point (3,), as one foot."""
         at = np.asarray(point, np.float64)[None]
         self._refuse_far(at)
-        return self.ground.nearest(at)
+        return self.surface.nearest(at)
 
-    def clean_stroke(self, points: Points, closed: bool | None = None) -> GroundStroke:
+    def clean_stroke(self, points: Points, closed: bool | None = None) -> SurfaceCurve:
         """A stroke as it was drawn, cleaned."""
         self._refuse_far(points)
         samples = arc_length(points)[-1] / self.state.sizes.sampling
@@ -86,7 +86,7 @@ class ToolWork:
 
     def clean_stroke_here(
         self, points: Points, what: str, closed: bool | None = None
-    ) -> GroundStroke:
+    ) -> SurfaceCurve:
         """A stroke, cleaned, that must be on the half that is worked on; what: it is, for words.
 
         Raises RefusedError if it is not, while symmetry is on.
@@ -97,11 +97,11 @@ class ToolWork:
         return drawn
 
     def check_length(self, name: str, value: float, least: float = LEAST_LENGTH) -> float:
-        """A length as it is given; InvalidRetopoError for one out of proportion to the ground.
+        """A length as it is given; InvalidRetopoError for one out of proportion to the surface.
 
-        least: as a part of the ground's diagonal.
+        least: as a part of the surface's diagonal.
         """
-        low, high = least * self.ground.diagonal, MOST_LENGTH * self.ground.diagonal
+        low, high = least * self.surface.diagonal, MOST_LENGTH * self.surface.diagonal
         if not low <= value <= high:
             raise InvalidRetopoError(
                 f"{name} is {value:g}; on this surface give {low:.3g} to {high:.3g}"
@@ -109,7 +109,8 @@ class ToolWork:
         return value
 
     def _refuse_far(self, points: Points) -> None:
-        """InvalidRetopoError unless all points (n, 3) are within a diagonal of the ground's box."""
+        """InvalidRetopoError unless all points (n, 3) are within a diagonal of the surface's
+        box."""
         low, high = self.whole.vertices.min(axis=0), self.whole.vertices.max(axis=0)
         reach = FAR * self.whole.diagonal
         far = np.flatnonzero(((points < low - reach) | (points > high + reach)).any(axis=1))
@@ -122,7 +123,7 @@ class ToolWork:
             )
 
     def find_chain(self, point: ArrayLike) -> int:
-        """The chain nearest to a point of the ground, within the snap radius."""
+        """The chain nearest to a point of the surface, within the snap radius."""
         foot = self.find_foot(point)
         found = find_nearest_place(
             take_samples(self.network), foot.points[0], foot.normals[0], self.state.sizes.snap

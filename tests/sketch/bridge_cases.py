@@ -1,4 +1,5 @@
-"""A ground with a tiny feature: a thin handle between two places of a sheet, both feet fused in."""
+"""A surface with a tiny feature: a thin handle between two places of a sheet, both feet fused
+in."""
 
 from __future__ import annotations
 

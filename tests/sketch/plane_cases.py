@@ -1,4 +1,4 @@
-"""Patches drawn in the plane, as networks on the ground."""
+"""Patches drawn in the plane, as networks on the surface."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
-from ground_cases import grid
+from surface_cases import grid
 
-from patterndb_sketch.retopo.ground import Ground, GroundStroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network import AtNode, Network, OpenNetwork
 from patterndb_sketch.retopo.sizes import Sizes
 
@@ -17,7 +17,7 @@ SIZES = Sizes(snap=0.25, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.5, sam
 
 
 @cache
-def plane_ground(half: float = 8.0, spacing: float = 0.1) -> Ground:
+def plane_surface(half: float = 8.0, spacing: float = 0.1) -> Ground:
     """A square of the plane z = 0 around the origin, seen from above; its grid is jittered, so
     that nothing lies along it."""
     n = round(2 * half / spacing)
@@ -40,9 +40,9 @@ def up(points: np.ndarray) -> np.ndarray:
     return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
-def stroke(*corners: tuple[float, float]) -> GroundStroke:
+def stroke(*corners: tuple[float, float]) -> SurfaceCurve:
     points = line(*corners)
-    return GroundStroke(points, up(points), False)
+    return SurfaceCurve(points, up(points), False)
 
 
 def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:

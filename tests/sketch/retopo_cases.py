@@ -1,4 +1,4 @@
-"""Grounds, strokes and networks that the tests of retopology's network and its tools share."""
+"""Surfaces, strokes and networks that the tests of retopology's network and its tools share."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground, GroundStroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network import Network, check_network, walk_face
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
@@ -52,10 +52,10 @@ def up(points: Points) -> Points:
     return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
-def flat(points: ArrayLike, closed: bool = False) -> GroundStroke:
+def flat(points: ArrayLike, closed: bool = False) -> SurfaceCurve:
     """A stroke on the plane along a polyline of (k, 2) points, whose corners are kept."""
     line = even(points, closed)
-    return GroundStroke(line, up(line), closed)
+    return SurfaceCurve(line, up(line), closed)
 
 
 def drawn(*strokes: ArrayLike, network: Network | None = None) -> Network:

@@ -1,4 +1,4 @@
-"""Grounds halved by planes, for the tests of symmetry."""
+"""Surfaces halved by planes, for the tests of symmetry."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def half(name: str, plane: Plane) -> Half:
     return cut_half({"ball": ball, "dome": dome}[name](), plane)
 
 
-def empty(ground: Ground, sizes: Sizes) -> Network:
-    return add_borders(Network(longest=4.0 * ground.diagonal), ground, sizes.sampling)
+def empty(surface: Ground, sizes: Sizes) -> Network:
+    return add_borders(Network(longest=4.0 * surface.diagonal), surface, sizes.sampling)
 
 
 def seam(network: Network) -> list[int]:

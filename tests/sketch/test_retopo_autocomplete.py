@@ -1,4 +1,4 @@
-"""The autocompletion tool in a network on the ground."""
+"""The autocompletion tool in a network on the surface."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 from boundary_cases import same_corners
-from plane_cases import SIZES, corners_of, plane_ground, polygons
+from plane_cases import SIZES, corners_of, plane_surface, polygons
 from shared import EXAMPLES
 
 import patterndb
@@ -56,7 +56,7 @@ def test_a_suggestion_becomes_a_patch(
     curves: int,
 ) -> None:
     before = polygons(*drawn)
-    found = find_completions(before, plane_ground(), (*cursor, 0.0), UP, SIZES)
+    found = find_completions(before, plane_surface(), (*cursor, 0.0), UP, SIZES)
     assert found[0].suggestion.case == case
     assert len(found[0].curves(SIZES)) == curves
     edit = take_completion(before, found[0], SIZES)
@@ -77,7 +77,7 @@ def test_between_two_patches_at_a_corner_the_gap_is_filled() -> None:
     network = _with(network, WALL)
     network = _with(network, OTHER_WALL)
     check_network(network)
-    edit = autocomplete(network, plane_ground(), (0.25, 0.05, 0.0), UP, SIZES)
+    edit = autocomplete(network, plane_surface(), (0.25, 0.05, 0.0), UP, SIZES)
     check_network(edit.network)
     assert len(edit.network.patches) == 4
     assert any(
@@ -113,20 +113,20 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
 def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:
     network = polygons(LOW)
     far = (0.0, 1.1 * SIZES.autocompletion, 0.0)
-    assert find_completions(network, plane_ground(), far, UP, SIZES) == []
+    assert find_completions(network, plane_surface(), far, UP, SIZES) == []
     with pytest.raises(RefusedError, match="nothing can be completed"):
-        autocomplete(network, plane_ground(), far, UP, SIZES)
+        autocomplete(network, plane_surface(), far, UP, SIZES)
     # Within the patch the brush reaches its border, but that is free on the other side.
     within = (0.0, -2.0 * SIZES.snap, 0.0)
-    assert find_completions(network, plane_ground(), within, UP, SIZES) == []
-    count = len(find_completions(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES))
+    assert find_completions(network, plane_surface(), within, UP, SIZES) == []
+    count = len(find_completions(network, plane_surface(), (0.0, 0.1, 0.0), UP, SIZES))
     with pytest.raises(RefusedError, match=f"there are {count}"):
-        autocomplete(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES, choice=count)
+        autocomplete(network, plane_surface(), (0.0, 0.1, 0.0), UP, SIZES, choice=count)
 
 
 def test_all_choices_make_sound_networks() -> None:
     network = polygons(LOW, ROOF)
-    for one in find_completions(network, plane_ground(), (0.4, 0.1, 0.0), UP, SIZES):
+    for one in find_completions(network, plane_surface(), (0.4, 0.1, 0.0), UP, SIZES):
         edit = take_completion(network, one, SIZES)
         check_network(edit.network)
         assert len(edit.network.patches) == 3
@@ -135,7 +135,7 @@ def test_all_choices_make_sound_networks() -> None:
 def test_completing_again_and_again_grows_a_row() -> None:
     network = polygons(POST)
     for y in (0.0, 1.0, 2.0, 3.0):
-        network = autocomplete(network, plane_ground(), (0.0, y, 0.0), UP, SIZES).network
+        network = autocomplete(network, plane_surface(), (0.0, y, 0.0), UP, SIZES).network
         check_network(network)
     assert len(network.patches) == 5
     tops = [corners_of(network, p)[:, 1].max() for p in network.patches]
@@ -149,14 +149,14 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
 ) -> None:
     """Beside every stretch of all four sides, wherever triangles are large against the radius."""
     if name == "jug":
-        ground = Ground.of_polygons(read_mesh(EXAMPLES / "jug.obj"))
+        surface = Ground.of_polygons(read_mesh(EXAMPLES / "jug.obj"))
         middle, down = np.array([0.0, -6.5, 5.0]), np.array([0.0, 0.0, -1.0])
     else:
-        ground = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=1, radius=12.0))
+        surface = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=1, radius=12.0))
         middle, down = np.array([0.0, -12.0, 0.0]), np.array([0.0, 0.0, -1.0])
-    sizes = replace(Sizes.of(ground.diagonal), spine=half, snap=0.3 * half)
+    sizes = replace(Sizes.of(surface.diagonal), spine=half, snap=0.3 * half)
     with patterndb.open() as source:
-        editor = Editor(ground, source, sizes)
+        editor = Editor(surface, source, sizes)
         line = [(middle + t * half * down).tolist() for t in (-1.0, 0.0, 1.0)]
         outcome = editor.do(Call("spine", {"points": line}))
         assert outcome.changed, outcome.refused
@@ -165,8 +165,8 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
     for k in range(0, len(edge.points), 5):
         step = edge.points[(k + 1) % len(edge.points)] - edge.points[k]
         aside = np.cross(edge.normals[k], step / np.linalg.norm(step))
-        foot = ground.nearest((edge.points[k] + 0.3 * sizes.snap * aside)[None])
-        found = find_completions(network, ground, foot.points[0], foot.normals[0], sizes)
+        foot = surface.nearest((edge.points[k] + 0.3 * sizes.snap * aside)[None])
+        found = find_completions(network, surface, foot.points[0], foot.normals[0], sizes)
         assert found, edge.points[k]
         edit = take_completion(network, found[0], sizes)
         check_network(edit.network)
@@ -188,12 +188,12 @@ def ball() -> Ground:
 
 
 @pytest.mark.parametrize("side", [0.6, 1.2, 3.0])
-@pytest.mark.parametrize("ground", ["plane", "ball", "jug.obj", "head.obj"])
-def test_something_can_be_closed_beside_every_straight_side(ground: str, side: float) -> None:
+@pytest.mark.parametrize("surface", ["plane", "ball", "jug.obj", "head.obj"])
+def test_something_can_be_closed_beside_every_straight_side(surface: str, side: float) -> None:
     """Squares at random places, as wide as so many radii of the brush: from next to each side to
     where the brush just reaches it there is a suggestion, and the first can be taken."""
-    made = {"plane": lambda: plane_ground(spacing=0.5), "ball": ball}
-    on = made[ground]() if ground in made else example(ground)
+    made = {"plane": lambda: plane_surface(spacing=0.5), "ball": ball}
+    on = made[surface]() if surface in made else example(surface)
     rng, asked = np.random.default_rng(7), 0
     with patterndb.open() as source:
         for _ in range(3):
@@ -228,19 +228,19 @@ def test_something_can_be_closed_beside_every_straight_side(ground: str, side: f
     assert asked > 10
 
 
-def lay(ground: Ground, points: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Points (n, 3) laid on the ground where it looks the way of ``up``: walls may be thin."""
-    return ground.nearest_facing(points, np.tile(up, (len(points), 1))).feet.points
+def lay(surface: Ground, points: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Points (n, 3) laid on the surface where it looks the way of ``up``: walls may be thin."""
+    return surface.nearest_facing(points, np.tile(up, (len(points), 1))).feet.points
 
 
 def square_somewhere(
-    ground: Ground, half: float, rng: np.random.Generator
+    surface: Ground, half: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(4, 3) corners, counter-clockwise, (3,) the middle, and what is up there; well within the
-    ground."""
+    surface."""
     while True:
-        triangle = ground.triangles[rng.integers(len(ground.triangles))]
-        foot = ground.nearest(ground.vertices[triangle].mean(axis=0)[None])
+        triangle = surface.triangles[rng.integers(len(surface.triangles))]
+        foot = surface.nearest(surface.vertices[triangle].mean(axis=0)[None])
         middle, up = foot.points[0], foot.normals[0]
         across = np.cross(up, rng.normal(size=3))
         across *= half / np.linalg.norm(across)
@@ -248,16 +248,16 @@ def square_somewhere(
         corners = middle + np.array(
             [-across - along, across - along, across + along, along - across]
         )
-        feet = lay(ground, corners, up)
+        feet = lay(surface, corners, up)
         flat = float(np.linalg.norm(feet - corners, axis=1).max()) < 0.5 * half
-        if flat and not any(is_on_border(ground, foot) for foot in feet):
+        if flat and not any(is_on_border(surface, foot) for foot in feet):
             return feet, middle, up
 
 
-def is_on_border(ground: Ground, point: np.ndarray) -> bool:
-    """Is a point where the ground ends, or nearly?"""
-    edges = np.sort(ground.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+def is_on_border(surface: Ground, point: np.ndarray) -> bool:
+    """Is a point where the surface ends, or nearly?"""
+    edges = np.sort(surface.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)
-    rim = ground.vertices[unique[count == 1]].mean(axis=1)
-    near = 0.1 * ground.diagonal
+    rim = surface.vertices[unique[count == 1]].mean(axis=1)
+    near = 0.1 * surface.diagonal
     return bool(len(rim)) and float(np.linalg.norm(rim - point, axis=1).min()) < near

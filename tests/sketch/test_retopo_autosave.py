@@ -63,7 +63,9 @@ def test_changes_are_written_every_half_minute(
     editor: Editor, clock: Clock, tmp_path: Path
 ) -> None:
     session = tmp_path / "a.retopo"
-    kept = autosave_session(editor.ground, editor.state, session=session, name="a.obj", clock=clock)
+    kept = autosave_session(
+        editor.surface, editor.state, session=session, name="a.obj", clock=clock
+    )
     path = kept.path
     assert path is not None
     assert path.parent == tmp_path
@@ -81,7 +83,7 @@ def test_changes_are_written_every_half_minute(
     assert path.read_bytes() == written
     clock.now += 0.1
     assert kept.tick(editor.state)
-    assert path.read_bytes() == session_bytes(RetopoSession(editor.ground, editor.state, "a.obj"))
+    assert path.read_bytes() == session_bytes(RetopoSession(editor.surface, editor.state, "a.obj"))
     clock.now += EVERY
     assert not kept.tick(editor.state), "nothing changed since"
     editor.do(Call("undo"))
@@ -94,7 +96,7 @@ def test_changes_are_written_every_half_minute(
 def test_saving_and_a_clean_end_leave_no_recovery_file(
     editor: Editor, clock: Clock, tmp_path: Path
 ) -> None:
-    kept = autosave_session(editor.ground, editor.state, folder=tmp_path, clock=clock)
+    kept = autosave_session(editor.surface, editor.state, folder=tmp_path, clock=clock)
     first = kept.path
     assert first is not None
     assert first.name.startswith("unnamed.")
@@ -103,7 +105,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
     assert kept.tick(editor.state)
     assert left(None, tmp_path) == [first]
     session = tmp_path / "b.retopo"
-    write_session(session, RetopoSession(editor.ground, editor.state))
+    write_session(session, RetopoSession(editor.surface, editor.state))
     kept.saved(editor.state, session)
     assert not first.exists()
     clock.now += EVERY
@@ -121,7 +123,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
 
 
 def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Clock) -> None:
-    kept = autosave_session(editor.ground, editor.state, clock=clock)
+    kept = autosave_session(editor.surface, editor.state, clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
     assert kept.path is None
@@ -130,7 +132,7 @@ def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Cloc
 
 def test_a_write_that_fails_is_tried_again(editor: Editor, clock: Clock, tmp_path: Path) -> None:
     folder = tmp_path / "gone"
-    kept = autosave_session(editor.ground, editor.state, folder=folder, clock=clock)
+    kept = autosave_session(editor.surface, editor.state, folder=folder, clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
     with pytest.raises(FileNotFoundError):
@@ -147,7 +149,7 @@ def test_two_windows_do_not_take_each_others_files(
 ) -> None:
     session = tmp_path / "a.retopo"
     both = [
-        autosave_session(editor.ground, editor.state, session=session, clock=clock)
+        autosave_session(editor.surface, editor.state, session=session, clock=clock)
         for _ in range(2)
     ]
     drawn(editor, 0)
@@ -216,7 +218,7 @@ CHILD = """
     now = 0.0
     with patterndb.open() as source:
         editor = Editor(plane(), source, replace(SIZES, snap=0.05))
-        kept = autosave_session(editor.ground, editor.state, session=Path(sys.argv[1]),
+        kept = autosave_session(editor.surface, editor.state, session=Path(sys.argv[1]),
                                 clock=lambda: now)
         states = [editor.state]
         # An edit every 10 seconds, a tick every second, for five minutes and 25 seconds.

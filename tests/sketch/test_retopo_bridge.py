@@ -32,9 +32,9 @@ def arch(begin: float, end: float, n: int = 30) -> list[list[float]]:
 @cache
 def drawn(source: PatternSource) -> Editor:
     """Rings of four curves along the handle, and around each foot a ring on the sheet."""
-    ground = bridge()
-    sizes = replace(Sizes.of(ground.diagonal), edge=EDGE, snap=0.002, sampling=0.0005)
-    editor = Editor(ground, source, sizes)
+    surface = bridge()
+    sizes = replace(Sizes.of(surface.diagonal), edge=EDGE, snap=0.002, sampling=0.0005)
+    editor = Editor(surface, source, sizes)
 
     def do(tool: str, **arguments: object) -> None:
         outcome = editor.do(Call(tool, arguments))

@@ -1,4 +1,4 @@
-"""Loops that the ground tells to be patches, and patches made by hand: ends of limbs, rings."""
+"""Loops that the surface tells to be patches, and patches made by hand: ends of limbs, rings."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from retopo_cases import genus
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints, clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_borders,
@@ -81,20 +81,20 @@ def ring(z: float, radius: float = 1.0) -> Points:
     return np.c_[radius * np.cos(t), radius * np.sin(t), np.full(90, z)]
 
 
-def feet(ground: Ground, *point: float) -> GroundPoints:
-    return ground.nearest(np.array([point]))
+def feet(surface: Ground, *point: float) -> SurfacePoints:
+    return surface.nearest(np.array([point]))
 
 
-def ringed(ground: Ground, *heights: float, corners: int = 4) -> tuple[Network, Sizes]:
+def ringed(surface: Ground, *heights: float, corners: int = 4) -> tuple[Network, Sizes]:
     """Rings around z with corners at even angles, drawn as a user does."""
-    sizes = Sizes.of(ground.diagonal)
-    network = add_borders(Network(longest=2.0 * ground.diagonal), ground, sizes.sampling)
+    sizes = Sizes.of(surface.diagonal)
+    network = add_borders(Network(longest=2.0 * surface.diagonal), surface, sizes.sampling)
     for z in heights:
-        stroke = clean_stroke(ring(z), ground, sizes, True)
-        network = insert_stroke(network, ground, sizes, stroke).network
+        stroke = clean_stroke(ring(z), surface, sizes, True)
+        network = insert_stroke(network, surface, sizes, stroke).network
         for k in range(corners):
             at = ring(z)[90 * k // corners]
-            foot = ground.nearest(at[None])
+            foot = surface.nearest(at[None])
             network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
             check_network(network)
     assert genus(network) == 0
@@ -131,13 +131,13 @@ def test_a_ring_around_a_finger_has_its_tip_up_to_the_bound(z: float) -> None:
     ratio = beyond / (np.pi * radius**2)
     if abs(ratio - ROUNDNESS) < 0.5 or radius < 0.6:
         return
-    ground = finger()
-    sizes = Sizes.of(ground.diagonal)
-    network = Network(longest=2.0 * ground.diagonal, ground=ground)
-    stroke = clean_stroke(ring(z, radius), ground, sizes, True)
-    network = insert_stroke(network, ground, sizes, stroke).network
+    surface = finger()
+    sizes = Sizes.of(surface.diagonal)
+    network = Network(longest=2.0 * surface.diagonal, surface=surface)
+    stroke = clean_stroke(ring(z, radius), surface, sizes, True)
+    network = insert_stroke(network, surface, sizes, stroke).network
     for angle in (0.0, 2.0, 4.0):
-        foot = feet(ground, radius * np.cos(angle), radius * np.sin(angle), z)
+        foot = feet(surface, radius * np.cos(angle), radius * np.sin(angle), z)
         network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
     check_network(network)
     # Never the hand.
@@ -159,15 +159,15 @@ def test_an_end_with_a_curve_or_a_hole_in_it_is_none() -> None:
 
 def test_around_a_handle_there_is_no_end() -> None:
     mesh = trimesh.creation.torus(1.0, 0.3, major_sections=64, minor_sections=32)
-    ground = Ground.of_mesh(mesh)
-    sizes = Sizes.of(ground.diagonal)
+    surface = Ground.of_mesh(mesh)
+    sizes = Sizes.of(surface.diagonal)
     t = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     line = np.c_[1.0 + 0.3 * np.cos(t), np.zeros(60), 0.3 * np.sin(t)]
     network = insert_stroke(
-        Network(), ground, sizes, clean_stroke(line, ground, sizes, True)
+        Network(), surface, sizes, clean_stroke(line, surface, sizes, True)
     ).network
     for at in line[::20]:
-        foot = ground.nearest(at[None])
+        foot = surface.nearest(at[None])
         network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
     check_network(network)
     assert not network.patches
@@ -176,15 +176,15 @@ def test_around_a_handle_there_is_no_end() -> None:
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.2, 5.8), st.floats(0.5, 40.0))
 def test_flooding_stops_at_walls_and_beyond_its_area(z: float, most: float) -> None:
-    ground = finger()
-    wall = make_wall(ground, [(ring(z), True)])
+    surface = finger()
+    wall = make_wall(surface, [(ring(z), True)])
     assert wall is not None
-    middle = ground.vertices[ground.triangles].mean(axis=1)[:, 2]
+    middle = surface.vertices[surface.triangles].mean(axis=1)[:, 2]
     seeds = np.flatnonzero(middle > 6.8)[:1].astype(np.int32)
-    found = flood_triangles(ground, wall.crossed, seeds, most)
+    found = flood_triangles(surface, wall.crossed, seeds, most)
     # By heights: all above the ring that it does not cross.
     expected = np.flatnonzero((middle > z) & ~wall.crossed)
-    area = ground.surface.areas[expected].sum()
+    area = surface.surface.areas[expected].sum()
     if found is None:
         assert area > most
     else:
@@ -195,16 +195,16 @@ def test_flooding_stops_at_walls_and_beyond_its_area(z: float, most: float) -> N
 
 
 def test_the_cap_of_a_cylinder_knows_the_ends_of_limbs() -> None:
-    ground = tin()
-    sizes = Sizes.of(ground.diagonal)
-    network = Network(longest=2.0 * ground.diagonal)
+    surface = tin()
+    sizes = Sizes.of(surface.diagonal)
+    network = Network(longest=2.0 * surface.diagonal)
     for z in (3.8, 2.0):
-        stroke = clean_stroke(ring(z), ground, sizes, True)
-        network = insert_stroke(network, ground, sizes, stroke).network
+        stroke = clean_stroke(ring(z), surface, sizes, True)
+        network = insert_stroke(network, surface, sizes, stroke).network
     stroke = clean_stroke(
-        np.array([[1.0, 0, 2.0], [1.0, 0, 2.9], [1.0, 0, 3.8]]), ground, sizes, False
+        np.array([[1.0, 0, 2.0], [1.0, 0, 2.9], [1.0, 0, 3.8]]), surface, sizes, False
     )
-    done = join_loops(network, ground, sizes, stroke).network
+    done = join_loops(network, surface, sizes, stroke).network
     check_network(done)
     # Four around, and the top; below there is more than an end.
     assert len(done.patches) == 5
@@ -237,20 +237,20 @@ def test_a_patch_let_go_stays_so_while_others_are_drawn() -> None:
 
 
 def test_what_can_be_no_patch_by_hand_is_refused() -> None:
-    ground = tin()
+    surface = tin()
     with pytest.raises(RefusedError, match="no curve yet"):
-        make_patch(Network(), ground, feet(ground, 1, 0, 2))
-    network, sizes = ringed(ground, 1.0, 3.0)
+        make_patch(Network(), surface, feet(surface, 1, 0, 2))
+    network, sizes = ringed(surface, 1.0, 3.0)
     with pytest.raises(RefusedError, match="several loops"):
-        make_patch(network, ground, feet(ground, -1, 0, 2))
-    plain, _ = ringed(ground, 2.0, corners=1)
+        make_patch(network, surface, feet(surface, -1, 0, 2))
+    plain, _ = ringed(surface, 2.0, corners=1)
     with pytest.raises(RefusedError, match="fewer than two corners"):
-        make_patch(plain, ground, feet(ground, -1, 0, 3))
+        make_patch(plain, surface, feet(surface, -1, 0, 3))
     line = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 2.0]])
-    single, sizes = ringed(ground, 1.0)
-    stem = insert_stroke(single, ground, sizes, clean_stroke(line, ground, sizes, False)).network
+    single, sizes = ringed(surface, 1.0)
+    stem = insert_stroke(single, surface, sizes, clean_stroke(line, surface, sizes, False)).network
     with pytest.raises(RefusedError, match="open end"):
-        make_patch(stem, ground, feet(ground, 0.0, 1.0, 2.0))
+        make_patch(stem, surface, feet(surface, 0.0, 1.0, 2.0))
 
 
 @settings(max_examples=15, deadline=None)
@@ -274,11 +274,11 @@ def slit() -> tuple[Network, Ground, Sizes]:
 
 
 def test_a_strip_closed_by_one_curve_is_open_to_spines_and_suggestions() -> None:
-    network, ground, sizes = slit()
+    network, surface, sizes = slit()
     check_network(network)
     assert genus(network) == 0
-    stroke = clean_stroke(np.array([[-0.9, 0.4, 0.3], [-0.9, 0.4, 1.2]]), ground, sizes, False)
-    drawn = draw_spine(network, ground, stroke, sizes).network
+    stroke = clean_stroke(np.array([[-0.9, 0.4, 0.3], [-0.9, 0.4, 1.2]]), surface, sizes, False)
+    drawn = draw_spine(network, surface, stroke, sizes).network
     check_network(drawn, patches=False)
     assert genus(drawn) == 0
     (new,) = [p for p in drawn.patches.values() if p.id not in network.patches and len(p.loop) <= 5]
@@ -286,7 +286,7 @@ def test_a_strip_closed_by_one_curve_is_open_to_spines_and_suggestions() -> None
     # It stands on the ring, which has a T-junction for the patch beyond.
     below = trace_outline(drawn, new.loop)[0][:, 2]
     assert below.min() == pytest.approx(0.3, abs=0.02) and below.max() < 1.5
-    foot = feet(ground, *ring(0.3)[38])
-    found = autocomplete(network, ground, foot.points[0], foot.normals[0], sizes).network
+    foot = feet(surface, *ring(0.3)[38])
+    found = autocomplete(network, surface, foot.points[0], foot.normals[0], sizes).network
     check_network(found, patches=False)
     assert genus(found) == 0 and len(found.chains) > len(network.chains)

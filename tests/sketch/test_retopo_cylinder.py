@@ -6,10 +6,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-from ground_cases import plane, sphere, tube
+from surface_cases import plane, sphere, tube
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     Network,
@@ -40,21 +40,21 @@ def ball() -> Ground:
     return sphere(4)
 
 
-def circle(ground: Ground, z: float, network: Network, radius: float = 1.0) -> Network:
+def circle(surface: Ground, z: float, network: Network, radius: float = 1.0) -> Network:
     """With the loop at height z, by the loop tool."""
-    start = ground.nearest([[radius, 0.0, z]])
-    return cut_loop(network, ground, SIZES, start, (0.0, 0.0, 1.0)).network
+    start = surface.nearest([[radius, 0.0, z]])
+    return cut_loop(network, surface, SIZES, start, (0.0, 0.0, 1.0)).network
 
 
-def two_loops(ground: Ground, low: float, high: float) -> Network:
+def two_loops(surface: Ground, low: float, high: float) -> Network:
     network = Network()
     for z in (low, high):
-        network = circle(ground, z, network, float(np.sqrt(max(1.0 - z * z, 0.0))) or 1.0)
+        network = circle(surface, z, network, float(np.sqrt(max(1.0 - z * z, 0.0))) or 1.0)
     return network
 
 
-def drawn(ground: Ground, *points: tuple[float, float, float]) -> GroundStroke:
-    return clean_stroke(points, ground, SIZES, closed=False)
+def drawn(surface: Ground, *points: tuple[float, float, float]) -> SurfaceCurve:
+    return clean_stroke(points, surface, SIZES, closed=False)
 
 
 def angles(network: Network, z: float) -> np.ndarray:
@@ -91,8 +91,8 @@ def test_a_plane_cuts_a_closed_loop() -> None:
 
 
 def test_a_plane_along_a_tube_cuts_from_border_to_border() -> None:
-    ground = long_tube()
-    edit = cut_loop(Network(), ground, SIZES, ground.nearest([[1.0, 0.0, 2.0]]), (0.0, 1.0, 0.0))
+    surface = long_tube()
+    edit = cut_loop(Network(), surface, SIZES, surface.nearest([[1.0, 0.0, 2.0]]), (0.0, 1.0, 0.0))
     (chain,) = edit.network.chains.values()
     assert not chain.loose
     assert np.allclose(np.sort(chain.points[[0, -1], 2]), [0.0, 4.0])
@@ -102,18 +102,18 @@ def test_the_line_across_a_part_gives_the_plane() -> None:
     normal, limit = plane_of_line((-1.0, 0.0, 2.0), (1.0, 0.0, 2.0), (0.0, 1.0, 0.0))
     assert np.allclose(np.abs(normal) / np.linalg.norm(normal), (0.0, 0.0, 1.0))
     assert limit == 20.0
-    ground = long_tube()
-    found = cut_loop(Network(), ground, SIZES, ground.nearest([[0.0, -1.0, 2.0]]), normal, limit)
+    surface = long_tube()
+    found = cut_loop(Network(), surface, SIZES, surface.nearest([[0.0, -1.0, 2.0]]), normal, limit)
     assert len(found.network.chains) == 1
     with pytest.raises(RefusedError, match="longer than its limit"):
-        cut_loop(Network(), ground, SIZES, ground.nearest([[0.0, -1.0, 2.0]]), normal, 2.0)
+        cut_loop(Network(), surface, SIZES, surface.nearest([[0.0, -1.0, 2.0]]), normal, 2.0)
     with pytest.raises(RefusedError, match="no length"):
         plane_of_line((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
 def test_a_stroke_between_two_loops_makes_four_patches() -> None:
-    ground = long_tube()
-    edit = join_loops(two_loops_of_tube(), ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
+    surface = long_tube()
+    edit = join_loops(two_loops_of_tube(), surface, SIZES, drawn(surface, (1, 0, 1), (1, 0, 3)))
     network = edit.network
     check_network(network)
     assert [len(p.corners) for p in network.patches.values()] == [4] * 4
@@ -129,24 +129,24 @@ def two_loops_of_tube() -> Network:
 
 
 def test_corners_of_one_loop_are_carried_over_to_the_other() -> None:
-    ground = long_tube()
+    surface = long_tube()
     before = with_corners(two_loops_of_tube(), 1.0, [0, 90, 180])
-    network = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
+    network = join_loops(before, surface, SIZES, drawn(surface, (1, 0, 1), (1, 0, 3))).network
     check_network(network)
     assert len(network.patches) == 3
     assert near_angles(angles(network, 3.0), [0, 90, 180])
     # The same from the other end.
-    turned = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 3), (1, 0, 1))).network
+    turned = join_loops(before, surface, SIZES, drawn(surface, (1, 0, 3), (1, 0, 1))).network
     check_network(turned)
     assert near_angles(angles(turned, 3.0), [0, 90, 180])
 
 
 def test_corners_of_both_loops_are_joined_in_order() -> None:
-    ground = long_tube()
+    surface = long_tube()
     before = with_corners(two_loops_of_tube(), 1.0, [0, 100, 200])
     before = with_corners(before, 3.0, [10, 130, 240])
-    stroke = drawn(ground, (1, 0, 1), (np.cos(0.17), np.sin(0.17), 3))
-    network = join_loops(before, ground, SIZES, stroke).network
+    stroke = drawn(surface, (1, 0, 1), (np.cos(0.17), np.sin(0.17), 3))
+    network = join_loops(before, surface, SIZES, stroke).network
     check_network(network)
     assert len(network.patches) == 3
     assert near_angles(angles(network, 3.0), [10, 130, 240])
@@ -154,91 +154,91 @@ def test_corners_of_both_loops_are_joined_in_order() -> None:
 
 
 def test_other_divisions() -> None:
-    ground = long_tube()
+    surface = long_tube()
     for division in (2, 3, 6):
-        stroke = drawn(ground, (1, 0, 1), (1, 0, 3))
-        network = join_loops(two_loops_of_tube(), ground, SIZES, stroke, division).network
+        stroke = drawn(surface, (1, 0, 1), (1, 0, 3))
+        network = join_loops(two_loops_of_tube(), surface, SIZES, stroke, division).network
         check_network(network)
         assert len(network.patches) == division
         assert near_angles(angles(network, 1.0), [360.0 * j / division for j in range(division)])
 
 
 def test_a_second_cylinder_goes_on_from_the_first() -> None:
-    ground = long_tube()
-    network = circle(ground, 2.0, two_loops_of_tube())
-    network = join_loops(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 2))).network
-    network = join_loops(network, ground, SIZES, drawn(ground, (0, 1, 2), (0, 1, 3))).network
+    surface = long_tube()
+    network = circle(surface, 2.0, two_loops_of_tube())
+    network = join_loops(network, surface, SIZES, drawn(surface, (1, 0, 1), (1, 0, 2))).network
+    network = join_loops(network, surface, SIZES, drawn(surface, (0, 1, 2), (0, 1, 3))).network
     check_network(network)
     assert len(network.patches) == 8
     assert near_angles(angles(network, 2.0), [0, 90, 180, 270])
 
 
 def test_on_a_ball_the_pole_gets_a_cap() -> None:
-    ground = ball()
+    surface = ball()
     low, high = np.sin(np.deg2rad([30, 70]))
-    before = two_loops(ground, float(low), float(high))
+    before = two_loops(surface, float(low), float(high))
     c30, c70 = np.cos(np.deg2rad([30, 70]))
     mid = np.deg2rad(50)
-    stroke = drawn(ground, (c30, 0, low), (np.cos(mid), 0, np.sin(mid)), (c70, 0, high))
-    network = join_loops(before, ground, SIZES, stroke).network
+    stroke = drawn(surface, (c30, 0, low), (np.cos(mid), 0, np.sin(mid)), (c70, 0, high))
+    network = join_loops(before, surface, SIZES, stroke).network
     check_network(network)
     assert len(network.patches) == 5
     assert all(len(p.corners) == 4 for p in network.patches.values())
-    without = join_loops(before, ground, SIZES, stroke, caps="never").network
+    without = join_loops(before, surface, SIZES, stroke, caps="never").network
     assert len(without.patches) == 4
-    both = join_loops(before, ground, SIZES, stroke, caps="always").network
+    both = join_loops(before, surface, SIZES, stroke, caps="always").network
     check_network(both)
     assert len(both.patches) == 6
 
 
 def test_nested_circles_of_a_plane_are_joined_and_the_inner_one_filled() -> None:
-    ground = plane(columns=60, rows=60, step=0.1)
+    surface = plane(columns=60, rows=60, step=0.1)
     network = Network()
     for radius in (1.0, 2.0):
         t = np.linspace(0, 2 * np.pi, 200, endpoint=False)
         points = np.c_[3 + radius * np.cos(t), 3 + radius * np.sin(t), 0 * t]
-        closed = clean_stroke(points, ground, SIZES, closed=True)
-        network = insert_stroke(network, ground, SIZES, closed).network
-    stroke = drawn(ground, (4, 3, 0), (5, 3, 0))
-    after = join_loops(network, ground, SIZES, stroke).network
+        closed = clean_stroke(points, surface, SIZES, closed=True)
+        network = insert_stroke(network, surface, SIZES, closed).network
+    stroke = drawn(surface, (4, 3, 0), (5, 3, 0))
+    after = join_loops(network, surface, SIZES, stroke).network
     check_network(after)
     assert len(after.patches) == 5
 
 
 def test_what_cannot_be_is_refused_and_nothing_changes() -> None:
-    ground = long_tube()
+    surface = long_tube()
     before = two_loops_of_tube()
     kept = two_loops_of_tube()
     three_and_four = with_corners(with_corners(before, 1.0, [0, 120, 240]), 3.0, [0, 90, 180, 270])
     cases = [
-        (before, drawn(ground, (1, 0, 1), (1, 0, 2)), "at its end"),
-        (before, drawn(ground, (1, 0, 2), (1, 0, 3)), "at its start"),
-        (three_and_four, drawn(ground, (1, 0, 1), (1, 0, 3)), "3 corners and the other 4"),
+        (before, drawn(surface, (1, 0, 1), (1, 0, 2)), "at its end"),
+        (before, drawn(surface, (1, 0, 2), (1, 0, 3)), "at its start"),
+        (three_and_four, drawn(surface, (1, 0, 1), (1, 0, 3)), "3 corners and the other 4"),
         (
             before,
-            drawn(ground, (1, 0, 1.02), (0.7, 0.7, 1.4), (0, 1, 1.02)),
+            drawn(surface, (1, 0, 1.02), (0.7, 0.7, 1.4), (0, 1, 1.02)),
             "begins and ends at one loop",
         ),
     ]
     for network, stroke, words in cases:
         with pytest.raises(RefusedError, match=words):
-            join_loops(network, ground, SIZES, stroke)
+            join_loops(network, surface, SIZES, stroke)
     assert are_equal(before, kept)
     with pytest.raises(InvalidRetopoError, match="division"):
-        join_loops(before, ground, SIZES, cases[0][1], division=1)
+        join_loops(before, surface, SIZES, cases[0][1], division=1)
 
 
 def test_curves_in_the_way_are_not_crossed() -> None:
-    ground = long_tube()
-    across = drawn(ground, (-0.3, -1, 2), (0.3, -1, 2))
-    network = insert_stroke(two_loops_of_tube(), ground, SIZES, across).network
+    surface = long_tube()
+    across = drawn(surface, (-0.3, -1, 2), (0.3, -1, 2))
+    network = insert_stroke(two_loops_of_tube(), surface, SIZES, across).network
     with pytest.raises(RefusedError, match="cross"):
-        join_loops(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
+        join_loops(network, surface, SIZES, drawn(surface, (1, 0, 1), (1, 0, 3)))
 
 
 def test_a_loop_has_a_ring_on_either_side_until_patches_are_there() -> None:
-    ground = long_tube()
+    surface = long_tube()
     before = two_loops_of_tube()
     assert len(find_rings(before)) == 4
-    after = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
+    after = join_loops(before, surface, SIZES, drawn(surface, (1, 0, 1), (1, 0, 3))).network
     assert len(find_rings(after)) == 2

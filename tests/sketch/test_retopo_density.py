@@ -303,7 +303,7 @@ class TestSessions:
         do(editor, "density", at=[1.0, 0.1, 0.1], radius=0.5, times=3)
         do(editor, "density", points=[[1, 0.1, 0.1], [0.8, 0.6, 0.1]], radius=0.2, how="even")
         editor.fill()
-        return RetopoSession(editor.ground, editor.state, "ball.obj")
+        return RetopoSession(editor.surface, editor.state, "ball.obj")
 
     def test_density_is_kept_bit_for_bit(self, source: PatternSource) -> None:
         session = self.session(source)
@@ -314,7 +314,7 @@ class TestSessions:
 
     def test_without_paint_nothing_is_said_of_it(self, source: PatternSource) -> None:
         editor = Editor(sphere(), source)
-        data = session_bytes(RetopoSession(editor.ground, editor.state, "ball.obj"))
+        data = session_bytes(RetopoSession(editor.surface, editor.state, "ball.obj"))
         assert b'"density"' not in unpacked(data)
 
     @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ from retopo_cases import sphere
 
 from patterndb_sketch.retopo.counts import choosing
 from patterndb_sketch.retopo.draft import byparts, handles, layout, proposing
-from patterndb_sketch.retopo.draft.checking import check_ground
+from patterndb_sketch.retopo.draft.checking import check_surface
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
@@ -50,7 +50,7 @@ from patterndb_sketch.retopo.network import (
     check_network,
     count_genus,
 )
-from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.faces import SurfaceParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Plane, cut_half
@@ -84,15 +84,15 @@ def bean() -> Ground:
 @cache
 def dish() -> Ground:
     """Two thirds of a ball, open."""
-    return cut_half(sphere(), Plane.of((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))).ground
+    return cut_half(sphere(), Plane.of((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))).surface
 
 
 @cache
 def field_of(make: Callable[[], Ground], merging: float = 0.0) -> CrossField:
-    ground = make()
-    vertices, triangles = remesh_evenly(ground, 0.03 * ground.diagonal)
+    surface = make()
+    vertices, triangles = remesh_evenly(surface, 0.03 * surface.diagonal)
     return solve_field(
-        FieldMesh.of(Ground.of(vertices, triangles)), 0.003, merging * ground.diagonal
+        FieldMesh.of(Ground.of(vertices, triangles)), 0.003, merging * surface.diagonal
     )
 
 
@@ -100,22 +100,22 @@ def field_of(make: Callable[[], Ground], merging: float = 0.0) -> CrossField:
 def test_remeshing_keeps_handles_and_borders_and_makes_edges_alike(
     make: Callable[[], Ground],
 ) -> None:
-    ground = make()
-    wanted = 0.03 * ground.diagonal
-    vertices, triangles = remesh_evenly(ground, wanted)
+    surface = make()
+    wanted = 0.03 * surface.diagonal
+    vertices, triangles = remesh_evenly(surface, wanted)
     mesh = FieldMesh.of(Ground.of(vertices, triangles))
-    assert mesh.euler == FieldMesh.of(ground).euler
-    assert np.diff(mesh.ground.topology.side_start).max() == 2
-    ends = mesh.ground.topology.ends
+    assert mesh.euler == FieldMesh.of(surface).euler
+    assert np.diff(mesh.surface.topology.side_start).max() == 2
+    ends = mesh.surface.topology.ends
     lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
     assert np.quantile(lengths, 0.05) > 0.5 * wanted and np.quantile(lengths, 0.95) < 1.5 * wanted
-    off = np.linalg.norm(ground.nearest(vertices).points - vertices, axis=1)
-    assert off.max() < 1e-9 * ground.diagonal
+    off = np.linalg.norm(surface.nearest(vertices).points - vertices, axis=1)
+    assert off.max() < 1e-9 * surface.diagonal
     corner = vertices[triangles]
     across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    facing = np.einsum("tc,tc->t", across, ground.nearest(corner.mean(axis=1)).normals)
+    facing = np.einsum("tc,tc->t", across, surface.nearest(corner.mean(axis=1)).normals)
     assert (facing > 0.0).all()
-    again = remesh_evenly(ground, wanted)
+    again = remesh_evenly(surface, wanted)
     assert (again[0] == vertices).all() and (again[1] == triangles).all()
 
 
@@ -123,10 +123,10 @@ def test_a_flat_sheet_is_remeshed_flat_with_its_outline() -> None:
     # Two triangles of 10 units: all that is there afterwards is made by halving.
     sheet = Ground.of([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], [[0, 1, 2], [0, 2, 3]])
     vertices, triangles = remesh_evenly(sheet, 0.5)
-    ground = Ground.of(vertices, triangles)
-    assert ground.surface.areas.sum() == pytest.approx(100.0)
+    surface = Ground.of(vertices, triangles)
+    assert surface.surface.areas.sum() == pytest.approx(100.0)
     assert len(triangles) == pytest.approx(100.0 / (0.433 * 0.25), rel=0.25)
-    border = vertices[ground.triangles.ravel()[ground.topology.border]]
+    border = vertices[surface.triangles.ravel()[surface.topology.border]]
     assert (np.isin(border[:, 0], (0.0, 10.0)) | np.isin(border[:, 1], (0.0, 10.0))).all()
 
 
@@ -175,7 +175,7 @@ def test_every_singularity_has_its_directions_and_every_trace_ends(
     border = field.mesh.on_border
     wanted = np.where(border, 1 - field.index, 4 - field.index)
     assert (counts[field.singular] == wanted[field.singular]).all()
-    traced = trace_lines(field, starts, LineSegments.none(), 0, 20.0 * field.mesh.ground.diagonal)
+    traced = trace_lines(field, starts, LineSegments.none(), 0, 20.0 * field.mesh.surface.diagonal)
     assert np.isin(traced.ended, (AT_LINE, AT_BORDER)).all()
     # Each trace's pieces follow each other, and where it met another is on that.
     segments = traced.segments
@@ -192,12 +192,12 @@ def test_every_singularity_has_its_directions_and_every_trace_ends(
             np.testing.assert_allclose(ends[mine[-1]], there, atol=1e-6)
 
 
-def drafted(ground: Ground, source: PatternSource, **arguments: object) -> tuple[Editor, Report]:
-    editor = Editor(ground, source)
+def drafted(surface: Ground, source: PatternSource, **arguments: object) -> tuple[Editor, Report]:
+    editor = Editor(surface, source)
     outcome = do(editor, "draft", **arguments)
     assert outcome.changed and outcome.notes
     found = editor.fill()
-    return editor, report_mesh(found, ground, editor.mesh(found))
+    return editor, report_mesh(found, surface, editor.mesh(found))
 
 
 @pytest.mark.parametrize(
@@ -207,9 +207,9 @@ def drafted(ground: Ground, source: PatternSource, **arguments: object) -> tuple
 def test_a_draft_is_a_closed_mesh_of_quads_near_the_surface(
     make: Callable[[], Ground], handles: int, symmetry: bool, source: PatternSource
 ) -> None:
-    ground = make()
-    edge = 0.05 * ground.diagonal
-    editor, made = drafted(ground, source, edge=edge, symmetry=symmetry)
+    surface = make()
+    edge = 0.05 * surface.diagonal
+    editor, made = drafted(surface, source, edge=edge, symmetry=symmetry)
     assert made.open_edges == made.tangled == made.unfilled == 0
     assert made.flipped <= 0.01 * made.quads
     assert made.euler == 2 - 2 * handles
@@ -248,8 +248,8 @@ def test_a_finer_edge_makes_more_quads(source: PatternSource) -> None:
 
 
 def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) -> None:
-    def refused(ground: Ground, **arguments: object) -> str:
-        editor = Editor(ground, source)
+    def refused(surface: Ground, **arguments: object) -> str:
+        editor = Editor(surface, source)
         before = editor.state
         outcome = editor.do(Call("draft", arguments))
         assert outcome.refused is not None and editor.state is before
@@ -259,8 +259,8 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     assert "out of proportion" in said
     # An edge of the lengths that it names is not.
     low, high = re.findall(r"from (\S+) to (\S+)$", said)[0]
-    ground = sphere()
-    work = Editor(ground, source)
+    surface = sphere()
+    work = Editor(surface, source)
     for edge in (float(low), float(high)):
         wish = {"edge": edge, "quads": None, "sharp": "none", "strict": False}
         draft._read_goal(work, wish)  # type: ignore[arg-type]
@@ -283,33 +283,35 @@ def touching_balls(pinch: int) -> Ground:
 
 @pytest.mark.parametrize("pinch", [0, 1])
 def test_where_parts_touch_in_a_vertex_each_has_one_of_its_own(pinch: int) -> None:
-    ground = touching_balls(pinch)
-    parted = part_touching(ground)
+    surface = touching_balls(pinch)
+    parted = part_touching(surface)
     assert len(parted.touching) == 1 + pinch
-    now = parted.ground
-    assert len(now.vertices) == len(np.unique(ground.triangles)) + 1 + pinch
+    now = parted.surface
+    assert len(now.vertices) == len(np.unique(surface.triangles)) + 1 + pinch
     # The same triangles, nowhere further off than a part of an edge.
-    moved = np.linalg.norm(now.vertices[now.triangles] - ground.vertices[ground.triangles], axis=2)
-    assert moved.max() < 0.02 * ground.diagonal and (moved > 0.0).any(axis=1).sum() < 40
+    moved = np.linalg.norm(
+        now.vertices[now.triangles] - surface.vertices[surface.triangles], axis=2
+    )
+    assert moved.max() < 0.02 * surface.diagonal and (moved > 0.0).any(axis=1).sum() < 40
     assert trimesh.Trimesh(now.vertices, now.triangles, process=False).euler_number == 4
     again = part_touching(now)
-    assert again.ground is now and not len(again.touching)
+    assert again.surface is now and not len(again.touching)
 
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=20, deadline=None)
 def test_fans_are_told_apart_however_triangles_are_turned(seed: int) -> None:
-    ground = touching_balls(1)
+    surface = touching_balls(1)
     random = np.random.default_rng(seed)
-    order = random.permutation(len(ground.triangles))
+    order = random.permutation(len(surface.triangles))
     turns = random.integers(0, 3, len(order))
-    triangles = ground.triangles[order]
+    triangles = surface.triangles[order]
     triangles = np.take_along_axis(triangles, (np.arange(3) + turns[:, None]) % 3, axis=1)
 
     def places(one: Ground) -> set[tuple[float, ...]]:
         return {tuple(at) for at in one.vertices[part_touching(one).touching].tolist()}
 
-    assert places(Ground.of(ground.vertices, triangles)) == places(ground)
+    assert places(Ground.of(surface.vertices, triangles)) == places(surface)
 
 
 def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: PatternSource) -> None:
@@ -317,7 +319,7 @@ def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: Pattern
     outcome = do(editor, "draft", edge=0.4)
     assert any("touch in a vertex at (1, " in note for note in outcome.notes)
     found = editor.fill()
-    made = report_mesh(found, editor.ground, editor.mesh(found))
+    made = report_mesh(found, editor.surface, editor.mesh(found))
     assert made.open_edges == 0 and made.flipped == 0 and made.euler == 4
 
 
@@ -339,7 +341,7 @@ def test_halves_that_are_unsound_where_parts_touch_give_way_to_the_whole(
     assert asked == [True, False] and editor.state.plane is None
     assert any("not by halves" in note and "(1, 0, 0)" in note for note in outcome.notes)
     found = editor.fill()
-    made = report_mesh(found, editor.ground, editor.mesh(found))
+    made = report_mesh(found, editor.surface, editor.mesh(found))
     assert made.open_edges == 0 and made.flipped == 0 and made.euler == 4
 
 
@@ -351,8 +353,8 @@ def test_a_surface_of_several_parts_is_drafted_whole(symmetry: bool, source: Pat
     parts = [ball.vertices, 0.5 * ball.vertices + away[0], tube.vertices + away[1]]
     starts = np.cumsum([0, len(ball.vertices), len(ball.vertices)])
     faces = [f + k for f, k in zip([ball.faces, ball.faces, tube.faces], starts, strict=True)]
-    ground = Ground.of(np.concatenate(parts), np.concatenate(faces))
-    _, made = drafted(ground, source, edge=0.35, symmetry=symmetry)
+    surface = Ground.of(np.concatenate(parts), np.concatenate(faces))
+    _, made = drafted(surface, source, edge=0.35, symmetry=symmetry)
     assert made.open_edges == 0 and made.euler == 4 and made.flipped == 0
     assert max(made.to_ground, made.from_ground) < 0.02
 
@@ -362,8 +364,8 @@ def ring(radius: float, tube: float) -> Ground:
     return Ground.of(mesh.vertices, mesh.faces)
 
 
-def find_handle(ground: Ground, edge: float) -> HandleLoop | None:
-    return find_shortest_handle(FieldMesh.of(Ground.of(*remesh_evenly(ground, edge))))
+def find_handle(surface: Ground, edge: float) -> HandleLoop | None:
+    return find_shortest_handle(FieldMesh.of(Ground.of(*remesh_evenly(surface, edge))))
 
 
 @pytest.mark.parametrize(("radius", "tube"), [(1.0, 0.15), (1.0, 0.4), (1.0, 0.8)])
@@ -436,16 +438,16 @@ def boxes_at_an_edge(apart: bool) -> Ground:
 
 @pytest.mark.parametrize("apart", [True, False])
 def test_sheets_that_share_an_edge_are_parted_there(apart: bool) -> None:
-    ground = boxes_at_an_edge(apart)
-    assert (np.diff(ground.topology.side_start) > 2).any()
-    parted = part_touching(ground)
-    now = parted.ground
+    surface = boxes_at_an_edge(apart)
+    assert (np.diff(surface.topology.side_start) > 2).any()
+    parted = part_touching(surface)
+    now = parted.surface
     assert (np.diff(now.topology.side_start) <= 2).all() and len(parted.touching)
-    check_ground(now)
+    check_surface(now)
     # Nothing is lost, and all is near to what was there. The fin has its divided side free.
-    assert now.surface.areas.sum() == pytest.approx(ground.surface.areas.sum(), rel=0.05)
-    off = np.linalg.norm(ground.nearest(now.vertices).points - now.vertices, axis=1)
-    assert off.max() < 0.01 * ground.diagonal
+    assert now.surface.areas.sum() == pytest.approx(surface.surface.areas.sum(), rel=0.05)
+    off = np.linalg.norm(surface.nearest(now.vertices).points - now.vertices, axis=1)
+    assert off.max() < 0.01 * surface.diagonal
     assert len(now.topology.border) == (0 if apart else 4)
 
 
@@ -454,21 +456,21 @@ def test_boxes_that_share_an_edge_are_drafted_closed(source: PatternSource) -> N
     outcome = do(editor, "draft", edge=0.25)
     assert any("touch in" in note for note in outcome.notes)
     found = editor.fill()
-    made = report_mesh(found, editor.ground, editor.mesh(found))
+    made = report_mesh(found, editor.surface, editor.mesh(found))
     assert made.open_edges == 0 and made.flipped == 0 and made.quads > 100
 
 
 def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> None:
-    ground = sphere()
-    sizes = Sizes.of(ground.diagonal)
-    field = solve_field(FieldMesh.of(ground), 0.0, 0.0)
+    surface = sphere()
+    sizes = Sizes.of(surface.diagonal)
+    field = solve_field(FieldMesh.of(surface), 0.0, 0.0)
     index = field.index.copy()
     one, two = field.singular[:2].tolist()
     index[[one, two]] = 3, -1
-    empty = Network(longest=2.0 * ground.diagonal, ground=ground)
+    empty = Network(longest=2.0 * surface.diagonal, surface=surface)
     needle = CrossField(field.mesh, field.angle, field.quarters, index)
     with pytest.raises(RefusedError, match="fewer than two lines") as refused:
-        layout.draft_network(empty, ground, sizes, proposing.SETTINGS[0], needle)
+        layout.draft_network(empty, surface, sizes, proposing.SETTINGS[0], needle)
     assert format_place(field.mesh.vertices[one]) in str(refused.value)
 
 
@@ -534,10 +536,10 @@ def test_when_many_quads_were_made_in_vain_nothing_else_is_tried(
     most: float, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tried = count_tries(monkeypatch, 1000)
-    ground = bean()
-    network = Network(longest=2.0 * ground.diagonal, ground=ground)
-    sizes = replace(Sizes.of(ground.diagonal), edge=0.08 * ground.diagonal)
-    task = DraftTask(network, ground, sizes, source, budget=DraftBudget(most))
+    surface = bean()
+    network = Network(longest=2.0 * surface.diagonal, surface=surface)
+    sizes = replace(Sizes.of(surface.diagonal), edge=0.08 * surface.diagonal)
+    task = DraftTask(network, surface, sizes, source, budget=DraftBudget(most))
     made = byparts.propose_by_parts(task, byparts.EDGES).made
     assert not made.sound
     # Of one edge there are settings whose fields differ, and there are three edges.
@@ -552,36 +554,36 @@ def test_an_unsound_part_ends_the_draft_of_all(
     away = np.array([5.0, 0.0, 0.0])
     points = np.concatenate([ball.vertices + k * away for k in range(3)])
     faces = np.concatenate([ball.faces + k * len(ball.vertices) for k in range(3)])
-    ground = Ground.of(points, faces)
+    surface = Ground.of(points, faces)
     parts: list[int] = []
     propose = byparts.propose_draft
 
     def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
         made = propose(task, *more)
-        parts.append(len(task.ground.triangles))
+        parts.append(len(task.surface.triangles))
         rank = (*made.rank[:2], 2.0, *made.rank[3:])
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
-    editor = Editor(ground, source)
+    editor = Editor(surface, source)
     outcome = editor.do(Call("draft", {"edge": 0.6, "symmetry": False, "strict": True}))
     assert outcome.refused is not None and "a flipped quad at (1, 2, 3)" in outcome.refused
     # The first part, by its three edges; the others never.
     assert len(parts) == len(byparts.EDGES)
 
 
-def test_patches_hold_the_places_that_they_had_on_another_ground(source: PatternSource) -> None:
+def test_patches_hold_the_places_that_they_had_on_another_surface(source: PatternSource) -> None:
     editor, _ = drafted(sphere(), source, edge=0.5, symmetry=False)
     found = editor.fill()
     moved = {
         patch: replace(one, vertices=one.vertices + 1e-3 * one.normals)
         for patch, one in sorted(found.placed.items())[::2]
     }
-    held = byparts.fill_as_placed(found.network, editor.ground, source, 0.5, found.placed | moved)
+    held = byparts.fill_as_placed(found.network, editor.surface, source, 0.5, found.placed | moved)
     for patch, one in held.placed.items():
         wanted = moved.get(patch, found.placed[patch]).vertices
         np.testing.assert_array_equal(one.vertices, wanted)
-    same = byparts.fill_as_placed(found.network, editor.ground, source, 0.5, found.placed)
+    same = byparts.fill_as_placed(found.network, editor.surface, source, 0.5, found.placed)
     assert same.network is found.network
 
 
@@ -605,8 +607,8 @@ def test_halves_of_parts_whose_seams_have_corners_are_drafted_part_by_part(
     # The seam around a box has four corners, and is a patch of its own where one draws by hand.
     box = trimesh.creation.box().subdivide().subdivide().subdivide()
     points = np.concatenate([box.vertices, box.vertices + np.array([0.0, 3.0, 0.0])])
-    ground = Ground.of(points, np.concatenate([box.faces, box.faces + len(box.vertices)]))
-    editor, made = drafted(ground, source, edge=0.25, symmetry=True)
+    surface = Ground.of(points, np.concatenate([box.faces, box.faces + len(box.vertices)]))
+    editor, made = drafted(surface, source, edge=0.25, symmetry=True)
     assert editor.state.plane is not None
     assert made.open_edges == made.flipped == 0 and made.euler == 4
     assert max(made.to_ground, made.from_ground) < 0.02
@@ -652,17 +654,17 @@ def test_chains_of_borders_are_shared_out_by_their_sides() -> None:
         [square, square + np.array([0, 0, 1e-6]), square + np.array([1.0, 1e-6, 0])]
     )
     faces = np.array([[0, 1, 2], [0, 2, 3], [6, 5, 4], [7, 6, 4], [8, 9, 10], [8, 10, 11]])
-    ground = Ground.of(points, faces)
-    parts = GroundParts.of(ground)
+    surface = Ground.of(points, faces)
+    parts = SurfaceParts.of(surface)
     assert parts.parts == 3
-    network = add_borders(Network(longest=9.0), ground, 0.05)
-    shared = byparts.share_chains(network, ground, parts, 0.05)
+    network = add_borders(Network(longest=9.0), surface, 0.05)
+    shared = byparts.share_chains(network, surface, parts, 0.05)
     assert sorted(shared.values()) == [0, 1, 2]
     for number, part in shared.items():
         middle = network.chains[number].points.mean(axis=0)
-        own = ground.vertices[ground.triangles[parts.part == part]].reshape(-1, 3).mean(axis=0)
+        own = surface.vertices[surface.triangles[parts.part == part]].reshape(-1, 3).mean(axis=0)
         np.testing.assert_allclose(middle, own, atol=0.3)
-        up = ground.surface.normals[ground.triangles[parts.part == part][0, 0]]
+        up = surface.surface.normals[surface.triangles[parts.part == part][0, 0]]
         assert network.chains[number].normals[0] @ up > 0.9
 
 
@@ -686,7 +688,7 @@ def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -
     notes = do(editor, "draft", edge=0.3).notes
     assert any("2 triangles lie in the plane, one at (0, " in note for note in notes), notes
     found = editor.fill()
-    made = report_mesh(found, editor.ground, editor.mesh(found))
+    made = report_mesh(found, editor.surface, editor.mesh(found))
     assert made.euler == 3 and made.open_edges > 0 and made.from_ground < 0.02
 
 

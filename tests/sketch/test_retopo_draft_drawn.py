@@ -52,7 +52,7 @@ def corners_of(network: Network, patch: int) -> set[bytes]:
 
 def measure(editor: Editor) -> Report:
     found = editor.fill()
-    return report_mesh(found, editor.ground, editor.mesh(found))
+    return report_mesh(found, editor.surface, editor.mesh(found))
 
 
 @pytest.mark.parametrize("calls", DRAWN.values(), ids=DRAWN)
@@ -158,8 +158,8 @@ def test_patches_all_over_leave_nothing_to_draft(source: PatternSource) -> None:
     assert outcome.refused is not None and "nothing left to draft" in outcome.refused
 
 
-def cut(network: Network, ground: Ground, edge: float) -> FieldMesh:
-    return cut_along_curves(network, FieldMesh.of(Ground.of(*remesh_evenly(ground, edge))), edge)
+def cut(network: Network, surface: Ground, edge: float) -> FieldMesh:
+    return cut_along_curves(network, FieldMesh.of(Ground.of(*remesh_evenly(surface, edge))), edge)
 
 
 @pytest.mark.parametrize(
@@ -181,7 +181,7 @@ def test_a_mesh_that_is_cut_has_the_curves_as_its_borders(
     editor = Editor(sphere(), source)
     for call in calls:
         assert editor.do(call).changed
-    mesh = cut(editor.network, editor.ground, 0.4 * EDGE)
+    mesh = cut(editor.network, editor.surface, 0.4 * EDGE)
     assert mesh.euler == euler
     # Parts do not touch: as many as triangles reach each other in.
     seen = np.full(len(mesh.triangles), -1)
@@ -213,4 +213,4 @@ def test_curves_too_close_for_the_edge_are_refused_with_their_place(
         line = [[1.0, x, -0.3], [1.0, x, 0.0], [1.0, x, 0.3]]
         assert editor.do(Call("stroke", {"points": line, "snap": 0.002})).changed
     with pytest.raises(RefusedError, match=r"too close to each other at \("):
-        cut(editor.network, editor.ground, 0.1)
+        cut(editor.network, editor.surface, 0.1)

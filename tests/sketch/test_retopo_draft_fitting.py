@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.draft.crossfield import solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
-from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_ground
+from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_surface
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.layout import draft_network
 from patterndb_sketch.retopo.draft.proposing import SETTINGS
@@ -49,33 +49,33 @@ def horned(bent: float = 0.0) -> Ground:
 @cache
 def laid(source: PatternSource) -> tuple[FilledNetwork, frozenset[int], Ground, Sizes]:
     """A draft that is filled, and fitted to nothing."""
-    ground = horned(0.5)
-    sizes = Sizes.of(ground.diagonal)
-    mesh = FieldMesh.of(Ground.of(*remesh_evenly(ground, REMESHED * sizes.edge)))
-    empty = Network(longest=2.0 * ground.diagonal, ground=ground)
+    surface = horned(0.5)
+    sizes = Sizes.of(surface.diagonal)
+    mesh = FieldMesh.of(Ground.of(*remesh_evenly(surface, REMESHED * sizes.edge)))
+    empty = Network(longest=2.0 * surface.diagonal, surface=surface)
     setting = SETTINGS[0]
     field = solve_field(mesh, setting.alignment, setting.merging * sizes.edge)
-    one = draft_network(empty, ground, sizes, setting, field)
-    return fill_network(one.network, ground, source, sizes.edge), one.laid, ground, sizes
+    one = draft_network(empty, surface, sizes, setting, field)
+    return fill_network(one.network, surface, source, sizes.edge), one.laid, surface, sizes
 
 
 def fit(source: PatternSource, kept: tuple[int, ...] = (), still: int = 0) -> FilledNetwork:
     """The draft, fitted; without some of its patches, and of its chains as many of the first."""
-    found, lines, ground, sizes = laid(source)
-    samples = sample_ground(ground, SPACING * sizes.edge)
-    return fit_quads(found, ground, samples, sizes, sorted(lines)[still:], kept)
+    found, lines, surface, sizes = laid(source)
+    samples = sample_surface(surface, SPACING * sizes.edge)
+    return fit_quads(found, surface, samples, sizes, sorted(lines)[still:], kept)
 
 
-def measure(found: FilledNetwork, ground: Ground) -> tuple[Report, float]:
-    made = report_mesh(found, ground)
+def measure(found: FilledNetwork, surface: Ground) -> tuple[Report, float]:
+    made = report_mesh(found, surface)
     return made, max(made.to_ground, made.from_ground)
 
 
 def test_fitted_quads_are_nearer_and_none_is_flipped(source: PatternSource) -> None:
-    before, lines, ground, sizes = laid(source)
+    before, lines, surface, sizes = laid(source)
     after = fit(source)
-    one, far = measure(before, ground)
-    two, near = measure(after, ground)
+    one, far = measure(before, surface)
+    two, near = measure(after, surface)
     assert near < 0.02 and near < far
     assert two.flipped == two.open_edges == two.tangled == 0
     assert (one.quads, one.irregular, one.euler) == (two.quads, two.irregular, two.euler)
@@ -83,20 +83,20 @@ def test_fitted_quads_are_nearer_and_none_is_flipped(source: PatternSource) -> N
     assert lines == after.network.chains.keys()
     # Curves lie on the surface, and run through the vertices: these divide them.
     for chain in after.network.chains.values():
-        off = np.linalg.norm(ground.nearest(chain.points).points - chain.points, axis=1)
-        assert off.max() < 1e-6 * ground.diagonal
+        off = np.linalg.norm(surface.nearest(chain.points).points - chain.points, axis=1)
+        assert off.max() < 1e-6 * surface.diagonal
         points, _ = divide_chain(chain, after.network.density)
         size = np.linalg.norm(np.diff(points, axis=0), axis=1)
         assert size.min() > 0.2 * size.max()
     # What the network keeps is all that it takes to place them again.
     for patch, placed in after.placed.items():
-        again = place_fill(after.network, ground, after.network.patches[patch])
+        again = place_fill(after.network, surface, after.network.patches[patch])
         assert np.array_equal(again.vertices, placed.vertices)
     assert sizes.edge > 0.0
 
 
 def test_what_is_not_to_move_stays_bit_for_bit(source: PatternSource) -> None:
-    before, lines, ground, _ = laid(source)
+    before, lines, surface, _ = laid(source)
     kept = tuple(sorted(before.placed)[:3])
     after = fit(source, kept, still=5)
     held = sorted(lines)[:5]
@@ -109,7 +109,7 @@ def test_what_is_not_to_move_stays_bit_for_bit(source: PatternSource) -> None:
         assert np.array_equal(after.network.nodes[node].point, before.network.nodes[node].point)
     for patch in kept:
         assert after.network.patches[patch].choice == before.network.patches[patch].choice
-    assert report_mesh(after, ground).euler == report_mesh(before, ground).euler
+    assert report_mesh(after, surface).euler == report_mesh(before, surface).euler
     none = fit(source, tuple(before.placed), still=len(lines))
     assert none is before
 
@@ -118,16 +118,16 @@ def test_what_is_not_to_move_stays_bit_for_bit(source: PatternSource) -> None:
 @settings(max_examples=30, deadline=None)
 def test_no_point_of_a_surface_is_far_from_its_samples(seed: int, spacing: float) -> None:
     random = np.random.default_rng(seed)
-    ground = Ground.of(random.normal(size=(12, 3)), np.arange(12).reshape(4, 3))
-    samples = sample_ground(ground, spacing)
-    corners = ground.vertices[ground.triangles]
+    surface = Ground.of(random.normal(size=(12, 3)), np.arange(12).reshape(4, 3))
+    samples = sample_surface(surface, spacing)
+    corners = surface.vertices[surface.triangles]
     weights = random.dirichlet(np.ones(3), size=(4, 20))
     points = np.einsum("tke,tec->tkc", weights, corners).reshape(-1, 3)
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max()
     reach = max(spacing, longest / 30)
     away = np.linalg.norm(points[:, None] - samples, axis=2).min(axis=1)
     assert away.max() <= reach
-    assert np.linalg.norm(ground.nearest(samples).points - samples, axis=1).max() < 1e-9
+    assert np.linalg.norm(surface.nearest(samples).points - samples, axis=1).max() < 1e-9
 
 
 def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
@@ -136,7 +136,7 @@ def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
     found = editor.fill()
     half = editor.half
     assert half is not None and outcome.changed
-    judge = DraftJudge(half.ground, half)
+    judge = DraftJudge(half.surface, half)
     made = judge.report(found)
     mesh = editor.mesh(found)
     assert made.quads == len(mesh.quads) and made.open_edges == 0 and made.euler == 2
@@ -146,9 +146,9 @@ def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
     beyond = half.plane.heights(at)
     at[:, 2] -= 0.4 * np.exp(-10.0 * ((at - at[beyond.argmin()]) ** 2).sum(axis=1))
     lopsided = Half(
-        half.plane, half.ground, Ground.of(at, half.whole.triangles), half.on, half.near, 0
+        half.plane, half.surface, Ground.of(at, half.whole.triangles), half.on, half.near, 0
     )
-    other = DraftJudge(half.ground, lopsided)
+    other = DraftJudge(half.surface, lopsided)
     worse = other.report(found)
     assert max(worse.to_ground, worse.from_ground) > 0.02 and other.is_lopsided(found, worse)
     assert any("% off at" in said for said in other.list_flaws(found, worse))
@@ -156,29 +156,29 @@ def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
 
 @pytest.mark.parametrize("bent", [0.0, 1.0])
 def test_a_surface_with_horns_is_drafted_to_their_tips(bent: float, source: PatternSource) -> None:
-    ground = horned(bent)
-    editor = Editor(ground, source)
+    surface = horned(bent)
+    editor = Editor(surface, source)
     do(editor, "draft", symmetry=False)
-    made = report_mesh(editor.fill(), ground)
+    made = report_mesh(editor.fill(), surface)
     assert made.flipped == made.open_edges == made.tangled == 0 and made.euler == 2
     assert max(made.to_ground, made.from_ground) < 0.02
 
 
 def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSource) -> None:
-    ground = horned()
-    editor = Editor(ground, source)
+    surface = horned()
+    editor = Editor(surface, source)
     do(editor, "symmetry", point=[0.0, 0.0, 0.0], normal=[1.0, 0.0, 0.0])
     outcome = do(editor, "draft")
     quads = len(editor.mesh(editor.fill()).quads)
     assert any(f" {quads} quads" in note for note in outcome.notes)
-    assert cut_half(ground, Plane.of((0, 0, 0), (1, 0, 0))).whole is ground
+    assert cut_half(surface, Plane.of((0, 0, 0), (1, 0, 0))).whole is surface
     assert len(weld_fills(editor.fill()).quads) * 2 == quads
 
 
 @pytest.mark.parametrize("symmetry", [True, False])
 def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSource) -> None:
-    ground = horned(0.0 if symmetry else 0.5)
-    editor = Editor(ground, source)
+    surface = horned(0.0 if symmetry else 0.5)
+    editor = Editor(surface, source)
     do(editor, "draft", symmetry=symmetry)
     edge = editor.sizes.edge
     assert all(chain.laid != chain.marked for chain in editor.network.chains.values())
@@ -188,16 +188,16 @@ def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSour
         found = editor.fill()
         # All that is chosen was chosen by the call: filling it changes nothing.
         assert found.network is network
-        made, off = measure(found, editor.ground_now)
+        made, off = measure(found, editor.surface_now)
         assert made.flipped == made.tangled == 0 and off < 0.02
-        assert report_mesh(found, ground, editor.mesh(found)).euler == 2
+        assert report_mesh(found, surface, editor.mesh(found)).euler == 2
     do(editor, "undo")
     check_network(editor.network, patches=False)
 
 
 def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> None:
-    ground = horned(0.5)
-    editor = Editor(ground, source)
+    surface = horned(0.5)
+    editor = Editor(surface, source)
     do(editor, "draft", symmetry=False)
     before, placed = editor.network, editor.fill().placed
     chain = max(before.chains.values(), key=lambda one: one.count)
@@ -215,8 +215,8 @@ def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> 
 
 
 def test_a_curve_that_the_user_moves_is_no_longer_moved_by_fitting(source: PatternSource) -> None:
-    ground = horned(0.5)
-    editor = Editor(ground, source)
+    surface = horned(0.5)
+    editor = Editor(surface, source)
     do(editor, "draft", symmetry=False)
     chain = max(editor.network.chains.values(), key=lambda one: one.length)
     at = chain.points[len(chain.points) // 2]

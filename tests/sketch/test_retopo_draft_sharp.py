@@ -54,17 +54,17 @@ def box(subdivisions: int = 3, turn: int = 0, scale: float = 1.0) -> Ground:
     return Ground.of(points, mesh.faces)
 
 
-def length_of(ground: Ground, edges: frozenset[tuple[int, int]]) -> float:
-    ends = ground.vertices[np.array(sorted(edges)).reshape(-1, 2)]
+def length_of(surface: Ground, edges: frozenset[tuple[int, int]]) -> float:
+    ends = surface.vertices[np.array(sorted(edges)).reshape(-1, 2)]
     return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
 
 
 @settings(max_examples=20)
 @given(st.integers(0, 50), st.sampled_from([1e-3, 1.0, 1e6]), st.integers(1, 2))
 def test_the_sharp_edges_of_a_box_are_its_twelve(turn: int, scale: float, fine: int) -> None:
-    ground = box(fine, turn, scale)
-    edges = find_sharp_edges(ground, 0.3 * scale)
-    assert length_of(ground, edges) == pytest.approx(36.0 * scale)
+    surface = box(fine, turn, scale)
+    edges = find_sharp_edges(surface, 0.3 * scale)
+    assert length_of(surface, edges) == pytest.approx(36.0 * scale)
     corners = [v for v, n in count_degrees(edges).items() if n == 3]
     assert len(corners) == 8 and drop_open_chains(edges) == edges
 
@@ -111,11 +111,11 @@ def test_a_crease_continues_where_it_fades() -> None:
     points = np.stack([x, s, z], axis=2).reshape(-1, 3)
     a = np.arange(len(points)).reshape(x.shape)
     quads = np.stack([a[:-1, :-1], a[1:, :-1], a[1:, 1:], a[:-1, 1:]], axis=2).reshape(-1, 4)
-    ground = Ground.of(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
-    edges = find_sharp_edges(ground, 0.3)
-    on_ridge = np.flatnonzero(ground.vertices[:, 1] == 0.0)
+    surface = Ground.of(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    edges = find_sharp_edges(surface, 0.3)
+    on_ridge = np.flatnonzero(surface.vertices[:, 1] == 0.0)
     assert set(count_degrees(edges)) <= set(on_ridge.tolist())
-    ends = ground.vertices[list(count_degrees(edges)), 0]
+    ends = surface.vertices[list(count_degrees(edges)), 0]
     assert ends.min() == 0.0 and 5.0 < ends.max() < 10.0
 
 
@@ -155,28 +155,28 @@ def test_creases_are_chains_of_a_sound_network_exactly_on_the_edges() -> None:
     solid = Ground.of(mesh.vertices, mesh.faces)
     above = mesh.triangles_center[:, 2] > -1.49
     cup = Ground.of(mesh.vertices, mesh.faces[above])
-    for ground, chains in ((solid, 2), (cup, 1), (box(), 12)):
-        sizes = Sizes.of(ground.diagonal)
-        empty = Network(longest=2.0 * ground.diagonal, ground=ground)
-        network = add_borders(empty, ground, sizes.sampling)
-        made = add_creases(network, ground, sizes, AUTOMATIC)
+    for surface, chains in ((solid, 2), (cup, 1), (box(), 12)):
+        sizes = Sizes.of(surface.diagonal)
+        empty = Network(longest=2.0 * surface.diagonal, surface=surface)
+        network = add_borders(empty, surface, sizes.sampling)
+        made = add_creases(network, surface, sizes, AUTOMATIC)
         assert made is not None
         check_network(made.network, patches=False)
         own = [c for c in made.network.chains.values() if not c.marked]
         assert len(own) == chains
         for chain in own:
-            assert np.abs(ground.nearest(chain.points).points - chain.points).max() < 1e-9
+            assert np.abs(surface.nearest(chain.points).points - chain.points).max() < 1e-9
         vertices = {v for pair in made.half for v in pair}
         there = np.concatenate([chain.points for chain in own])
         for v in vertices:
-            assert np.linalg.norm(there - ground.vertices[v], axis=1).min() == 0.0
+            assert np.linalg.norm(there - surface.vertices[v], axis=1).min() == 0.0
 
 
 def test_a_place_next_to_a_node_is_on_the_curve_that_runs_there() -> None:
-    ground = box(2)
-    sizes = Sizes.of(ground.diagonal)
-    empty = Network(longest=2.0 * ground.diagonal, ground=ground)
-    made = add_creases(empty, ground, sizes, AUTOMATIC)
+    surface = box(2)
+    sizes = Sizes.of(surface.diagonal)
+    empty = Network(longest=2.0 * surface.diagonal, surface=surface)
+    made = add_creases(empty, surface, sizes, AUTOMATIC)
     assert made is not None
     network = made.network
     walls = Walls(network, 0.35 * sizes.edge)
@@ -255,8 +255,8 @@ def test_scaled_jacobians_are_those_of_the_plain_definition(seed: int) -> None:
 def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(
     symmetry: bool, source: PatternSource
 ) -> None:
-    ground = box()
-    editor = Editor(ground, source)
+    surface = box()
+    editor = Editor(surface, source)
     outcome = editor.do(Call("draft", {"quads": 300, "symmetry": symmetry}))
     assert outcome.changed, outcome.refused
     assert (editor.state.plane is not None) == symmetry
@@ -267,20 +267,20 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(
     # Every point of an edge of the box is on an edge of a quad.
     share = np.linspace(0.0, 1.0, 9)[:, None]
     along = np.concatenate([(1 - s) * at[tail] + s * at[head] for s in share])
-    for a, b in find_sharp_edges(ground, 0.3):
-        middle = 0.5 * (ground.vertices[a] + ground.vertices[b])
+    for a, b in find_sharp_edges(surface, 0.3):
+        middle = 0.5 * (surface.vertices[a] + surface.vertices[b])
         assert np.linalg.norm(along - middle, axis=1).min() < 0.08
-    corners = [v for v, n in count_degrees(find_sharp_edges(ground, 0.3)).items() if n == 3]
+    corners = [v for v, n in count_degrees(find_sharp_edges(surface, 0.3)).items() if n == 3]
     for v in corners:
-        assert np.linalg.norm(at - ground.vertices[v], axis=1).min() < 1e-9
+        assert np.linalg.norm(at - surface.vertices[v], axis=1).min() < 1e-9
     assert scaled_jacobian(mesh.quads, at).min() > 0.9
     if symmetry:
         return
     # Without them, corners are rounded off.
-    rounded = Editor(ground, source)
+    rounded = Editor(surface, source)
     rounded.do(Call("draft", {"quads": 300, "symmetry": False, "sharp": "none"}))
     there = weld_fills(rounded.fill()).vertices
-    off = [np.linalg.norm(there - ground.vertices[v], axis=1).min() for v in corners]
+    off = [np.linalg.norm(there - surface.vertices[v], axis=1).min() for v in corners]
     assert max(off) > 1e-3
 
 
@@ -295,7 +295,7 @@ def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
     propose = byparts.propose_draft
 
     def refuse_first(task: DraftTask, *more: Any) -> ProposedDraft:
-        first = task.ground.vertices[task.ground.triangles].mean() < 2.0
+        first = task.surface.vertices[task.surface.triangles].mean() < 2.0
         if first and (refused == "all" or task.goal.sharp is not None):
             raise RefusedError("no draft: not at (1, 2, 3)")
         return propose(task, *more)
@@ -310,17 +310,17 @@ def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
     assert any(wanted in note and "not at (1, 2, 3)" in note for note in outcome.notes)
     at = editor.mesh(editor.fill()).vertices
     away = [
-        [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(one, x)]
+        [np.linalg.norm(at - corner, axis=1).min() for corner in surface_corners(one, x)]
         for x in (0.0, 9.0)
     ]
     assert max(away[1]) < 1e-9 < 1e-3 < max(away[0])
     assert (max(away[0]) < 1.0) == (refused == "creases")
 
 
-def ground_corners(ground: Ground, x: float) -> Points:
+def surface_corners(surface: Ground, x: float) -> Points:
     """(8, 3) the corners of a box, moved along x."""
-    degrees = count_degrees(find_sharp_edges(ground, 0.3))
-    return ground.vertices[[v for v, n in degrees.items() if n == 3]] + np.array([x, 0.0, 0.0])
+    degrees = count_degrees(find_sharp_edges(surface, 0.3))
+    return surface.vertices[[v for v, n in degrees.items() if n == 3]] + np.array([x, 0.0, 0.0])
 
 
 @pytest.mark.parametrize("strict", [True, False])
@@ -328,7 +328,7 @@ def ground_corners(ground: Ground, x: float) -> Points:
 def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
     off: float, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ground = box()
+    surface = box()
     propose = byparts.propose_draft
 
     def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
@@ -338,11 +338,11 @@ def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
         return replace(made, rank=(0, 0, 1, off, *made.rank[WRONG:]), flaws=("a flaw",))
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
-    editor = Editor(ground, source)
+    editor = Editor(surface, source)
     outcome = editor.do(Call("draft", {"quads": 200, "symmetry": False, "strict": strict}))
     assert outcome.changed
     at = editor.mesh(editor.fill()).vertices
-    away = [np.linalg.norm(at - corner, axis=1).min() for corner in ground_corners(ground, 0.0)]
+    away = [np.linalg.norm(at - corner, axis=1).min() for corner in surface_corners(surface, 0.0)]
     kept = off < 0.05 and not strict
     assert (max(away) < 1e-9) == kept and ("a flaw" in outcome.notes) == kept
     assert any("not all kept" in note for note in outcome.notes) != kept
@@ -377,10 +377,12 @@ def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_
 
 def test_single_quads_between_corners_are_held_where_they_are(source: PatternSource) -> None:
     """Else they may be lost when the network is filled again: around handles, on thin parts."""
-    ground = box()
-    sizes = replace(Sizes.of(ground.diagonal), edge=1.0)
+    surface = box()
+    sizes = replace(Sizes.of(surface.diagonal), edge=1.0)
     goal = DraftGoal(quad=3.0, sharp=AUTOMATIC)
-    found = propose_draft(DraftTask(Network(ground=ground), ground, sizes, source, goal=goal)).found
+    found = propose_draft(
+        DraftTask(Network(surface=surface), surface, sizes, source, goal=goal)
+    ).found
     single = [p for p, placed in found.placed.items() if len(placed.quads) == 1]
     assert len(single) == 6
     for patch in single:
@@ -390,11 +392,11 @@ def test_single_quads_between_corners_are_held_where_they_are(source: PatternSou
 
 
 def test_what_is_open_or_tangled_is_a_flaw_with_its_place(source: PatternSource) -> None:
-    ground = box()
-    editor = Editor(ground, source)
+    surface = box()
+    editor = Editor(surface, source)
     editor.do(Call("draft", {"quads": 200, "symmetry": False}))
     found = editor.fill()
-    judge = DraftJudge(ground, None)
+    judge = DraftJudge(surface, None)
     assert judge.list_flaws(found, judge.report(found)) == ()
     placed = dict(found.placed)
     gone = placed.pop(min(placed))
@@ -424,10 +426,10 @@ def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> No
 def test_a_thin_ring_keeps_its_creases_and_every_patch_has_quads(source: PatternSource) -> None:
     # A quarter of an edge thick: from one vertex to the next paths over the ring cross each other.
     mesh = trimesh.creation.annulus(0.05, 0.07, 0.005)
-    ground = Ground.of(mesh.vertices, mesh.faces)
-    sizes = replace(Sizes.of(ground.diagonal), edge=0.0141)
-    network = Network(longest=2.0 * ground.diagonal, ground=ground)
-    task = DraftTask(network, ground, sizes, source, goal=DraftGoal(sharp=AUTOMATIC))
+    surface = Ground.of(mesh.vertices, mesh.faces)
+    sizes = replace(Sizes.of(surface.diagonal), edge=0.0141)
+    network = Network(longest=2.0 * surface.diagonal, surface=surface)
+    task = DraftTask(network, surface, sizes, source, goal=DraftGoal(sharp=AUTOMATIC))
     made = propose_draft(task)
     assert made.sound and not len(made.poor) and made.report.euler == 0
     assert made.found.placed.keys() == made.network.patches.keys()

@@ -1,7 +1,8 @@
-"""The network stays a drawing on its ground, whatever is drawn: Euler's formula, after each stroke.
+"""The network stays a drawing on its surface, whatever is drawn: Euler's formula, after each
+stroke.
 
 Strokes along others and back along themselves, several through one place, over open ends, over
-chains that lie on each other; and on a ground with a handle.
+chains that lie on each other; and on a surface with a handle.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import ArrayLike
 from retopo_cases import SIZES, drawn, even, flat, genus, node_at, plane, up
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtNode,
     Free,
@@ -84,7 +85,7 @@ def test_handles_are_those_of_the_classification_of_surfaces() -> None:
     assert count_handles(Ground.of(touching, turned)) == 0
 
 
-def test_a_curve_may_go_round_a_handle_of_the_ground() -> None:
+def test_a_curve_may_go_round_a_handle_of_the_surface() -> None:
     ring = torus()
     sizes = Sizes.of(ring.diagonal)
     turn = np.linspace(0.0, 2.0 * np.pi, 80, endpoint=False)
@@ -243,7 +244,7 @@ def test_an_open_end_further_off_is_left_alone() -> None:
 
 def test_what_would_pass_through_a_curve_is_refused() -> None:
     ring = even([[0, 0], [1, 0], [1, 1], [0, 1]], closed=True)
-    network = Network(ground=plane())
+    network = Network(surface=plane())
     opened = OpenNetwork(network)
     chain = opened.add_loop(ring, up(ring))
     node = opened.cut_chain(chain, 0.0)
@@ -257,7 +258,7 @@ def test_what_would_pass_through_a_curve_is_refused() -> None:
     with pytest.raises(RefusedError, match="pass through"):
         OpenNetwork(kept).add_chain(through, up(through), AtNode(ends[0]), AtNode(ends[1]))
     # As a stroke it crosses the ring.
-    stroke = GroundStroke(through, up(through), False)
+    stroke = SurfaceCurve(through, up(through), False)
     made = insert_stroke(kept, plane(), SIZES, stroke, AtNode(ends[0]), AtNode(ends[1])).network
     sound(made)
     assert not are_equal(made, kept)

@@ -333,7 +333,7 @@ def test_what_was_filled_elsewhere_is_kept_for_its_own_network_alone(
 ) -> None:
     editor = drawn_grid(source, 2)
     network = editor.network
-    found = fill_network(network, editor.ground, source, editor.sizes.edge)
+    found = fill_network(network, editor.surface, source, editor.sizes.edge)
     do(editor, "sizes", edge=0.3)
     do(editor, "erase", at=[1, 0.5, 0])
     before = editor.state

@@ -103,7 +103,7 @@ def test_what_the_user_took_is_kept_for_other_counts_where_it_fits(
     do(editor, "subdivide", at=[1.5, 1, 0], count=6)
     editor.fill()
     do(editor, "choose", at=[1.5, 1.5, 0], number=2)
-    patch = find_patch(editor.network, editor.ground, [1.5, 1.5, 0])
+    patch = find_patch(editor.network, editor.surface, [1.5, 1.5, 0])
     chosen = filling_of(editor.network.patches[patch]).choice
     assert chosen is not None
     assert chosen.by == "user"

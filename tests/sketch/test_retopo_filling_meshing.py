@@ -66,13 +66,13 @@ def test_a_ball_of_eight_patches_is_closed(source: PatternSource) -> None:
     assert {(b, a) for a, b in edges} == edges
     assert len(find_open_edges(mesh)) == 0
     assert len(mesh.vertices) - len(edges) // 2 + len(mesh.quads) == 2
-    feet = editor.ground.nearest(mesh.vertices).points
+    feet = editor.surface.nearest(mesh.vertices).points
     assert np.linalg.norm(feet - mesh.vertices, axis=1).max() < 1e-9
     assert all(len(placed.flipped) == 0 for placed in found.placed.values())
     wrong, valence = find_irregular_vertices(mesh)
     assert valence.tolist() == [3] * 8
     assert (mesh.node[wrong] == -1).all()
-    told = report_mesh(found, editor.ground, mesh)
+    told = report_mesh(found, editor.surface, mesh)
     assert (told.patches, told.unfilled, told.irregular) == ({3: 8}, 0, {3: 8})
     assert (told.flipped, told.open_edges, told.tangled, told.euler) == (0, 0, 0, 2)
     assert (told.vertices, told.quads) == (len(mesh.vertices), len(mesh.quads))
@@ -89,19 +89,19 @@ def test_an_empty_network_is_an_empty_mesh(source: PatternSource) -> None:
 
 def test_distances_of_known_shapes() -> None:
     box = trimesh.creation.box((2, 2, 2))
-    ground = Ground.of(box.vertices, box.faces)
+    surface = Ground.of(box.vertices, box.faces)
     corner = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = np.array(
         [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
     )
-    assert hausdorff(corner, quads, ground) == pytest.approx((0.0, 0.0), abs=1e-15)
+    assert hausdorff(corner, quads, surface) == pytest.approx((0.0, 0.0), abs=1e-15)
     diagonal = 2 * np.sqrt(3)
-    out, back = hausdorff(corner * 1.25, quads, ground)
+    out, back = hausdorff(corner * 1.25, quads, surface)
     assert out == pytest.approx(0.25 * np.sqrt(3) / diagonal)
     assert back == pytest.approx(0.25 / diagonal)
     # The top alone is 2 from the bottom.
-    assert hausdorff(corner, quads[5:], ground) == pytest.approx((0.0, 2 / diagonal))
-    assert hausdorff(corner, quads[:0], ground) == (1.0, 1.0)
+    assert hausdorff(corner, quads[5:], surface) == pytest.approx((0.0, 2 / diagonal))
+    assert hausdorff(corner, quads[:0], surface) == (1.0, 1.0)
 
 
 def test_quads_that_pass_an_edge_the_same_way_are_told(source: PatternSource) -> None:
@@ -113,5 +113,5 @@ def test_quads_that_pass_an_edge_the_same_way_are_told(source: PatternSource) ->
         quads=np.concatenate([mesh.quads, mesh.quads[:1]]),
         patch=np.concatenate([mesh.patch, mesh.patch[:1]]),
     )
-    assert report_mesh(found, editor.ground, mesh).tangled == 0
-    assert report_mesh(found, editor.ground, doubled).tangled > 0
+    assert report_mesh(found, editor.surface, mesh).tangled == 0
+    assert report_mesh(found, editor.surface, doubled).tangled > 0

@@ -82,7 +82,7 @@ def test_a_cap_of_eight_by_eight_lies_on_the_sphere(source: PatternSource) -> No
     assert len(placed.quads) == 64
     assert len(placed.flipped) == 0
     assert placed.at_rest
-    feet = editor.ground.nearest(placed.vertices).points
+    feet = editor.surface.nearest(placed.vertices).points
     assert np.linalg.norm(feet - placed.vertices, axis=1).max() < 1e-9
 
 
@@ -128,10 +128,10 @@ def test_what_was_placed_before_changes_no_result(source: PatternSource) -> None
     kept = PlacedCache()
     for call in calls:
         assert editor.do(call).changed
-        network, ground, edge = editor.network, editor.ground, editor.sizes.edge
-        fresh = fill_network(network, ground, source, edge)
-        assert same_fills(fresh, fill_network(network, ground, source, edge, kept))
-        assert same_fills(fresh, fill_network(network, ground, source, edge, kept))
+        network, surface, edge = editor.network, editor.surface, editor.sizes.edge
+        fresh = fill_network(network, surface, source, edge)
+        assert same_fills(fresh, fill_network(network, surface, source, edge, kept))
+        assert same_fills(fresh, fill_network(network, surface, source, edge, kept))
         assert same_fills(fresh, editor.fill())
 
 
@@ -150,7 +150,7 @@ def test_points_are_found_in_their_patches(source: PatternSource) -> None:
     )
     octants = drawn_octants(source)
     found = {
-        find_patch(octants.network, octants.ground, [x, y, z])
+        find_patch(octants.network, octants.surface, [x, y, z])
         for x in (-1, 1)
         for y in (-1, 1)
         for z in (-1, 1)

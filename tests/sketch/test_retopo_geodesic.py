@@ -4,34 +4,34 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from ground_cases import bumps, grid, plane, raised, sphere, tube
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
+from surface_cases import bumps, grid, plane, raised, sphere, tube
 from test_retopo_planarcut import CUBE, CUBE_FACES, lies_within
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, Trace, trace_geodesic
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints, Trace, trace_geodesic
 
 
-def between(ground: Ground, a: np.ndarray, b: np.ndarray) -> Trace:
-    feet = ground.nearest([a, b])
-    trace = trace_geodesic(ground, feet[:1], feet[1:])
+def between(surface: Ground, a: np.ndarray, b: np.ndarray) -> Trace:
+    feet = surface.nearest([a, b])
+    trace = trace_geodesic(surface, feet[:1], feet[1:])
     assert (trace.points[0] == feet.points[0]).all()
     assert (trace.points[-1] == feet.points[1]).all()
     return trace
 
 
-def somewhere(ground: Ground, rng: np.random.Generator) -> GroundPoints:
+def somewhere(surface: Ground, rng: np.random.Generator) -> SurfacePoints:
     """A point within a triangle, on an edge, or at a vertex."""
     weights = rng.dirichlet((1.0, 1.0, 1.0))
     kind = rng.integers(3)
     weights[:kind] = 0.0
-    triangle = np.array([rng.integers(len(ground.triangles))], np.int32)
-    return ground.at(triangle, rng.permutation(weights / weights.sum())[None])
+    triangle = np.array([rng.integers(len(surface.triangles))], np.int32)
+    return surface.at(triangle, rng.permutation(weights / weights.sum())[None])
 
 
-def shortest_through(ground: Ground, trace: Trace) -> float:
+def shortest_through(surface: Ground, trace: Trace) -> float:
     """The least length of a path through the same edges, by a general minimiser.
 
     Where the path passes a vertex, from triangle to triangle with no edge in common, its own.
@@ -39,10 +39,10 @@ def shortest_through(ground: Ground, trace: Trace) -> float:
     line = trace.points
     edges = []
     for one, two in zip(trace.triangles[:-1], trace.triangles[1:], strict=True):
-        common = np.intersect1d(ground.triangles[one], ground.triangles[two])
+        common = np.intersect1d(surface.triangles[one], surface.triangles[two])
         if len(common) < 2:
             return trace.length
-        edges.append(ground.vertices[common[:2]])
+        edges.append(surface.vertices[common[:2]])
     tails, heads = np.array(edges)[:, 0], np.array(edges)[:, 1]
     along = heads - tails
     begin = np.einsum("nc,nc->n", line[1:-1] - tails, along) / (along**2).sum(axis=1)
@@ -65,27 +65,27 @@ def shortest_through(ground: Ground, trace: Trace) -> float:
     return length(share, 0.0)[0]
 
 
-def straight_all_round(ground: Ground, trace: Trace) -> None:
+def straight_all_round(surface: Ground, trace: Trace) -> None:
     """At every vertex inside that the path passes, is neither side less than a straight angle?
 
     By brute force: the angles of all triangles in order round the vertex, and where the path
     comes and goes among them.
     """
-    border = np.zeros(len(ground.vertices), bool)
-    sides = ground.topology.border
-    border[ground.triangles[sides // 3, sides % 3]] = True
-    border[ground.triangles[sides // 3, (sides % 3 + 1) % 3]] = True
+    border = np.zeros(len(surface.vertices), bool)
+    sides = surface.topology.border
+    border[surface.triangles[sides // 3, sides % 3]] = True
+    border[surface.triangles[sides // 3, (sides % 3 + 1) % 3]] = True
     for k in range(1, len(trace.points) - 1):
         at = trace.points[k]
-        off = np.linalg.norm(ground.vertices - at, axis=1)
+        off = np.linalg.norm(surface.vertices - at, axis=1)
         v = int(off.argmin())
         if off[v] > 1e-12 or border[v]:
             continue
         turn, places = 0.0, {}
-        f, e = np.argwhere(ground.triangles == v)[0]
+        f, e = np.argwhere(surface.triangles == v)[0]
         first = f
         while True:
-            corner = ground.vertices[ground.triangles[f]]
+            corner = surface.vertices[surface.triangles[f]]
             u, w = corner[(e + 1) % 3] - at, corner[(e + 2) % 3] - at
             for name, point, held in (
                 ("came", trace.points[k - 1], trace.triangles[k - 1]),
@@ -94,9 +94,9 @@ def straight_all_round(ground: Ground, trace: Trace) -> None:
                 if held == f:
                     places[name] = turn + angle(u, point - at)
             turn += angle(u, w)
-            side = ground.topology.across[3 * f + (e + 2) % 3]
+            side = surface.topology.across[3 * f + (e + 2) % 3]
             f = side // 3
-            e = int(np.flatnonzero(ground.triangles[f] == v)[0])
+            e = int(np.flatnonzero(surface.triangles[f] == v)[0])
             if f == first:
                 break
         # Both segments may lie in triangles that the path only touches there.
@@ -186,7 +186,7 @@ class TestCurved:
         back = between(ball, b, a)
         assert back.length == pytest.approx(trace.length, rel=1e-3)
 
-    def test_sampled_it_stays_on_the_ground(self) -> None:
+    def test_sampled_it_stays_on_the_surface(self) -> None:
         hills = bumps(2)
         trace = between(hills, np.array((0.1, 0.1, 0.0)), np.array((0.9, 0.8, 0.0)))
         stroke = trace.sample(hills, 0.01)

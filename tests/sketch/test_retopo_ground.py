@@ -1,4 +1,4 @@
-"""The ground: sizes, nearest points, projection along normals, and strokes cleaned up on it."""
+"""The surface: sizes, nearest points, projection along normals, and strokes cleaned up on it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 import pytest
-from ground_cases import bumps, plane, sphere
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from surface_cases import bumps, plane, sphere
 
 from patterndb.errors import InvalidMeshError
 from patterndb_sketch.retopo import InvalidRetopoError, RefusedError, Sizes
@@ -82,15 +82,15 @@ class TestTopology:
         assert topology.across[2] == 6 and topology.across[6] == 2 and topology.across[5] == -1
 
 
-class TestGround:
+class TestSurface:
     def test_vertices_at_one_place_are_one_in_the_order_given(self) -> None:
         points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
-        ground = Ground.of(points, [(0, 1, 2), (3, 4, 5), (1, 3, 4)])
-        assert ground.vertex.tolist() == [0, 1, 2, 1, 3, 2]
-        assert (ground.vertices[ground.vertex] == points).all()
-        assert ground.dropped == 1 and len(ground.triangles) == 2
-        assert len(ground.topology.border) == 4
-        assert ground.diagonal == pytest.approx(math.sqrt(2.0))
+        surface = Ground.of(points, [(0, 1, 2), (3, 4, 5), (1, 3, 4)])
+        assert surface.vertex.tolist() == [0, 1, 2, 1, 3, 2]
+        assert (surface.vertices[surface.vertex] == points).all()
+        assert surface.dropped == 1 and len(surface.triangles) == 2
+        assert len(surface.topology.border) == 4
+        assert surface.diagonal == pytest.approx(math.sqrt(2.0))
 
     def test_what_is_no_surface(self) -> None:
         with pytest.raises(InvalidMeshError, match="no triangle with an area"):
@@ -103,13 +103,13 @@ class TestProjection:
     @settings(max_examples=15, deadline=None)
     @given(st.integers(0, 2**32))
     def test_the_nearest_hit_that_faces_as_the_normal_does(self, seed: int) -> None:
-        ground = bumps(seed % 5, 8)
+        surface = bumps(seed % 5, 8)
         rng = np.random.default_rng(seed)
         points = rng.uniform((-0.1, -0.1, -0.3), (1.1, 1.1, 0.3), (30, 3))
         normals = rng.normal(size=(30, 3))
         reach = 0.4
-        done = ground.project(points, normals, reach)
-        corner = ground.vertices[ground.triangles]
+        done = surface.project(points, normals, reach)
+        corner = surface.vertices[surface.triangles]
         faces = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
         for i, (p, n) in enumerate(zip(points, normals, strict=True)):
             n = n / np.linalg.norm(n)
@@ -263,20 +263,20 @@ class TestSmoothing:
             assert (smooth_polyline(p, 3, closed)[[0, -1]] == p[[0, -1]]).all()
 
 
-def test_points_that_lie_nearly_on_the_ground_stay_near() -> None:
-    ground = terraces()
-    sizes = Sizes.of(ground.diagonal)
+def test_points_that_lie_nearly_on_the_surface_stay_near() -> None:
+    surface = terraces()
+    sizes = Sizes.of(surface.diagonal)
     # Just beyond the step's edge: along the normal there is only the terrace below.
     at, up = np.array([[-0.01, 0.3, 0.0]]), np.array([[0.0, 0.0, 1.0]])
-    far = ground.project(at, up, 4.0)
+    far = surface.project(at, up, 4.0)
     assert np.allclose(far.feet.points, [[-0.01, 0.3, -1.0]])
-    near = ground.project_near(at, up, sizes)
+    near = surface.project_near(at, up, sizes)
     assert np.allclose(near.feet.points, [[0.0, 0.3, 0.0]])
     assert near.missed.tolist() == [0]
-    # What is off the ground by a smoothing's worth is taken along its normal as before.
+    # What is off the surface by a smoothing's worth is taken along its normal as before.
     above = np.array([[1.0, 0.3, 0.5 * sizes.sampling]])
-    assert np.allclose(ground.project_near(above, up, sizes).feet.points, [[1.0, 0.3, 0.0]])
+    assert np.allclose(surface.project_near(above, up, sizes).feet.points, [[1.0, 0.3, 0.0]])
     # A stroke along the edge that strays off it goes along the edge.
     x = 0.02 * np.sin(np.linspace(0.0, 9.0, 60))
-    stroke = clean_stroke(np.c_[x, np.linspace(-0.9, 0.9, 60), np.zeros(60)], ground, sizes)
+    stroke = clean_stroke(np.c_[x, np.linspace(-0.9, 0.9, 60), np.zeros(60)], surface, sizes)
     assert (stroke.points[:, 2] == 0.0).all() and stroke.missed > 0

@@ -96,7 +96,7 @@ def test_a_cube_with_one_face_split_comes_back() -> None:
     found = import_quads(points, quads, others=others)
     assert len(found.network.patches) == 5
     comes_back(found, points, quads, others)
-    made = report_mesh(found.filled, found.ground)
+    made = report_mesh(found.filled, found.surface)
     assert (made.quads, made.kept, made.open_edges, made.euler) == (5, {3: 2}, 0, 2)
     # Two corners of the cube have a fourth face now; the six others three.
     assert made.irregular == {3: 6}
@@ -123,7 +123,7 @@ def test_a_pentagon_and_its_triangle_come_back() -> None:
     rest = np.delete(quads, [row, beside], axis=0)
     found = import_quads(all_points, rest, others=others)
     comes_back(found, all_points, rest, others)
-    made = report_mesh(found.filled, found.ground)
+    made = report_mesh(found.filled, found.surface)
     assert (made.quads, made.kept, made.open_edges, made.euler) == (52, {5: 2}, 0, 2)
 
 
@@ -219,7 +219,7 @@ def test_every_tool_leaves_given_faces_as_they_are(source: Database) -> None:
         made = weld_fills(filled)
         assert faces_of_kept(made.vertices, made.kept, points) == kept
         if filled.placed.keys() == filled.network.patches.keys():
-            whole = report_mesh(filled, found.ground, made)
+            whole = report_mesh(filled, found.surface, made)
             assert whole.tangled == 0
     assert changed > 40
     assert refused > 10
@@ -240,7 +240,7 @@ def test_a_patch_beside_a_given_face_is_counted_anew_and_stays_joined(source: Da
     outcome = editor.do(Call("recount", {"edge": 0.1}))
     assert outcome.changed
     filled = editor.fill()
-    made = report_mesh(filled, editor.ground, editor.mesh(filled))
+    made = report_mesh(filled, editor.surface, editor.mesh(filled))
     assert made.unfilled == 0
     assert (made.kept, made.open_edges, made.tangled, made.euler) == ({3: 2}, 0, 0, 2)
     assert made.quads > len(quads)
@@ -275,10 +275,10 @@ def test_given_faces_are_in_sessions() -> None:
     points, quads, others = split_quads(cube(2), [3, 4])
     with patterndb.open() as database:
         editor = Editor.of_quads(import_quads(points, quads, others=others), database)
-        session = RetopoSession(editor.ground, editor.state, "cube")
+        session = RetopoSession(editor.surface, editor.state, "cube")
         again = parse_session(session_bytes(session))
         assert again.state.same(editor.state)
-        loaded = Editor(again.ground, database)
+        loaded = Editor(again.surface, database)
         loaded.restore(again.state)
         made = loaded.mesh(loaded.fill())
     assert faces_of(made.vertices, made.kept, points) == sorted(map(turn_first, others))

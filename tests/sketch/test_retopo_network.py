@@ -374,8 +374,8 @@ def test_borders_are_marked_loops_that_get_a_patch_on_the_surface_only() -> None
 
 def test_borders_that_touch_in_a_vertex_are_told_apart() -> None:
     vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0], [-1, -1, 0]], float)
-    ground = Ground.of(vertices, [[0, 1, 2], [0, 3, 4]])
-    network = add_borders(Network(), ground, 0.1)
+    surface = Ground.of(vertices, [[0, 1, 2], [0, 3, 4]])
+    network = add_borders(Network(), surface, 0.1)
     check_network(network)
     assert len(network.chains) == 2
     for chain in network.chains.values():

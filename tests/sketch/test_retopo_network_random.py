@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from retopo_cases import genus, is_drawn_within, plane, sphere
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     Edit,
     Network,
@@ -33,37 +33,37 @@ SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, samp
 EDITS = ("insert",) * 5 + ("erase", "erase open", "toggle", "flip", "knot", "count", "undo")
 
 
-def scribble(rng: np.random.Generator, ground: Ground) -> GroundStroke:
+def scribble(rng: np.random.Generator, surface: Ground) -> SurfaceCurve:
     """A stroke through some random places; on a plane at times on a grid, over others."""
     places = rng.uniform(-0.9, 0.9, (rng.integers(2, 7), 2))
-    if ground is plane() and rng.random() < 0.3:
+    if surface is plane() and rng.random() < 0.3:
         places = np.round(places * 4.0) / 4.0
     if rng.random() < 0.1:
         places[-1] = [6.0, 0.0]
-    height = 0.9 if ground is sphere() else 0.0
-    return clean_stroke(np.c_[places, np.full(len(places), height)], ground, SIZES)
+    height = 0.9 if surface is sphere() else 0.0
+    return clean_stroke(np.c_[places, np.full(len(places), height)], surface, SIZES)
 
 
-def place(rng: np.random.Generator, network: Network, ground: Ground) -> tuple[np.ndarray, ...]:
-    """A point on the ground and its normal, mostly at or near a chain."""
+def place(rng: np.random.Generator, network: Network, surface: Ground) -> tuple[np.ndarray, ...]:
+    """A point on the surface and its normal, mostly at or near a chain."""
     at = rng.uniform(-0.9, 0.9, 3)
     if network.chains and rng.random() < 0.8:
         chain = network.chains[int(rng.choice(sorted(network.chains)))]
         at = chain.points[rng.choice([0, len(chain.points) // 2, -1])] + rng.normal(0.0, 0.02, 3)
-    foot = ground.nearest(at[None])
+    foot = surface.nearest(at[None])
     return foot.points[0], foot.normals[0]
 
 
-def edited(rng: np.random.Generator, name: str, network: Network, ground: Ground) -> Network:
+def edited(rng: np.random.Generator, name: str, network: Network, surface: Ground) -> Network:
     """After one edit by name; raises RefusedError as the tools do."""
-    point, normal = place(rng, network, ground)
+    point, normal = place(rng, network, surface)
     made: Edit
     match name:
         case "insert":
             smooth = (bool(rng.random() < 0.3), bool(rng.random() < 0.3))
-            made = insert_stroke(network, ground, SIZES, scribble(rng, ground), smooth=smooth)
+            made = insert_stroke(network, surface, SIZES, scribble(rng, surface), smooth=smooth)
         case "erase":
-            made = erase_crossed_chains(network, scribble(rng, ground))
+            made = erase_crossed_chains(network, scribble(rng, surface))
         case "erase open":
             made = erase_open_chains(network)
         case "toggle":
@@ -71,7 +71,7 @@ def edited(rng: np.random.Generator, name: str, network: Network, ground: Ground
         case "flip":
             made = flip_wedge(network, SIZES, point + rng.normal(0, 0.05, 3), point, normal)
         case "knot":
-            made = clean_knot(network, ground, SIZES, point, normal)
+            made = clean_knot(network, surface, SIZES, point, normal)
         case _:
             if not network.chains:
                 raise RefusedError("no chain yet")
@@ -87,12 +87,12 @@ def edited(rng: np.random.Generator, name: str, network: Network, ground: Ground
     return made.network
 
 
-@pytest.mark.parametrize("ground", [plane, sphere], ids=["plane", "sphere"])
+@pytest.mark.parametrize("surface", [plane, sphere], ids=["plane", "sphere"])
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.lists(st.sampled_from(EDITS), min_size=1, max_size=12))
-def test_any_edits_leave_a_sound_network(ground, seed: int, names: list[str]) -> None:
+def test_any_edits_leave_a_sound_network(surface, seed: int, names: list[str]) -> None:
     rng = np.random.default_rng(seed)
-    on = ground()
+    on = surface()
     network = add_borders(Network(longest=2.0 * on.diagonal), on, 0.1)
     history = [network]
     kept = [copy.deepcopy(network)]
@@ -115,11 +115,11 @@ def test_any_edits_leave_a_sound_network(ground, seed: int, names: list[str]) ->
     assert all(are_equal(one, two) for one, two in zip(history, kept, strict=True))
 
 
-@pytest.mark.parametrize("ground", [plane, sphere], ids=["plane", "sphere"])
+@pytest.mark.parametrize("surface", [plane, sphere], ids=["plane", "sphere"])
 @pytest.mark.parametrize("seed", range(6))
-def test_the_order_around_nodes_is_that_of_a_drawing(ground, seed: int) -> None:
+def test_the_order_around_nodes_is_that_of_a_drawing(surface, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    on = ground()
+    on = surface()
     network = Network()
     for _ in range(10):
         places = rng.uniform(-0.9, 0.9, (3, 2))
@@ -131,15 +131,15 @@ def test_the_order_around_nodes_is_that_of_a_drawing(ground, seed: int) -> None:
         assert genus(network) == 0
 
 
-@pytest.mark.parametrize("ground", [plane, sphere], ids=["plane", "sphere"])
-def test_the_same_edits_give_the_same_network(ground) -> None:
+@pytest.mark.parametrize("surface", [plane, sphere], ids=["plane", "sphere"])
+def test_the_same_edits_give_the_same_network(surface) -> None:
     results: list[Network] = []
     for _ in range(2):
         rng = np.random.default_rng(7)
         network = Network()
         for name in EDITS[:-1] * 2:
             try:
-                network = edited(rng, name, network, ground())
+                network = edited(rng, name, network, surface())
             except RefusedError:
                 continue
         results.append(network)

@@ -52,7 +52,7 @@ def test_flipped_quads_are_told_with_their_places(source: PatternSource) -> None
     assert len(middles) == len(placed.flipped)
     there = read_places(notes[0])
     np.testing.assert_allclose(there, middles[: len(there)], atol=1e-3)
-    assert DraftJudge(editor.ground, None).find_furthest(found).shape == (3,)
+    assert DraftJudge(editor.surface, None).find_furthest(found).shape == (3,)
 
 
 def plates() -> Ground:
@@ -259,12 +259,12 @@ def test_of_a_draft_s_own_curves_it_is_not_told_that_they_leave_the_surface(
     after = editor.network
     laid = {c: replace(chain, laid=c not in before.chains) for c, chain in after.chains.items()}
     drafted = replace(after, chains=laid)
-    assert len(find_new_leaps(before, after, editor.ground)) == 1
-    assert not len(find_new_leaps(before, drafted, editor.ground))
+    assert len(find_new_leaps(before, after, editor.surface)) == 1
+    assert not len(find_new_leaps(before, drafted, editor.surface))
     # Drawn anew it is the user's, and told.
     moved = {c: replace(chain, points=chain.points + 1e-6) for c, chain in laid.items()}
     claimed = claim_curves(drafted, replace(after, chains=moved))
-    assert len(find_new_leaps(drafted, claimed, editor.ground)) == 1
+    assert len(find_new_leaps(drafted, claimed, editor.surface)) == 1
     # Nor is a curve over an edge of the triangles, or around a ball.
     ball = Editor(sphere(), source)
     assert do(ball, "loop", at=[0.95, 0.0, 0.3], normal=[0.1, 0.2, 1.0]).notes == ()

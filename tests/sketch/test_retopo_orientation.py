@@ -16,15 +16,15 @@ from patterndb_sketch.retopo.ground.orientation import orient_triangles
 from query.engine import PatternSource
 
 
-def count_against(ground: Ground) -> int:
+def count_against(surface: Ground) -> int:
     """Sides whose neighbour is turned the other way."""
-    across, corner = ground.topology.across, ground.triangles.ravel()
+    across, corner = surface.topology.across, surface.triangles.ravel()
     inner = np.flatnonzero(across >= 0)
     return int((corner[inner] == corner[across[inner]]).sum())
 
 
-def measure_volume(ground: Ground) -> float:
-    corner = ground.vertices[ground.triangles]
+def measure_volume(surface: Ground) -> float:
+    corner = surface.vertices[surface.triangles]
     return float(np.linalg.det(corner).sum() / 6.0)
 
 
@@ -34,13 +34,13 @@ def test_a_closed_surface_is_turned_outward_whatever_was_turned(seed: int, share
     ball = trimesh.creation.icosphere(subdivisions=2)
     over = np.random.default_rng(seed).random(len(ball.faces)) < share
     faces = np.where(over[:, None], ball.faces[:, ::-1], ball.faces)
-    ground = Ground.of(ball.vertices, faces)
-    assert count_against(ground) == 0
+    surface = Ground.of(ball.vertices, faces)
+    assert count_against(surface) == 0
     # Where most of it is turned inward, that is meant: it may be the wall of a hollow.
-    inward = over.mean() > 0.6 and measure_volume(ground) < 0.0
-    assert measure_volume(ground) > 0.0 or inward or over.all()
-    kept = np.sort(ground.triangles, axis=1) == np.sort(faces, axis=1)
-    assert kept.all() and ground.turned == int((ground.triangles != faces).any(axis=1).sum())
+    inward = over.mean() > 0.6 and measure_volume(surface) < 0.0
+    assert measure_volume(surface) > 0.0 or inward or over.all()
+    kept = np.sort(surface.triangles, axis=1) == np.sort(faces, axis=1)
+    assert kept.all() and surface.turned == int((surface.triangles != faces).any(axis=1).sum())
 
 
 def test_what_is_turned_alike_stays_bit_for_bit_inside_out_too() -> None:
@@ -59,14 +59,14 @@ def test_parts_are_turned_by_themselves() -> None:
     alternate = ball.faces.copy()
     alternate[::2] = alternate[::2, ::-1]
     vertices = np.concatenate([ball.vertices, ball.vertices + 5.0, ball.vertices - 5.0])
-    ground = Ground.of(vertices, np.concatenate([ball.faces, hollow + k, alternate + 2 * k]))
-    assert (ground.triangles[:n] == ball.faces).all()
+    surface = Ground.of(vertices, np.concatenate([ball.faces, hollow + k, alternate + 2 * k]))
+    assert (surface.triangles[:n] == ball.faces).all()
     # One triangle of the hollow was wrong; the part as such is inside out, as it was.
-    turned = (ground.triangles[n : 2 * n] != hollow + k).any(axis=1)
+    turned = (surface.triangles[n : 2 * n] != hollow + k).any(axis=1)
     assert np.flatnonzero(turned).tolist() == [3]
-    out = ground.triangles[2 * n :]
-    middle = ground.vertices[out].mean(axis=1) + 5.0
-    across = np.cross(*(ground.vertices[out[:, e]] - ground.vertices[out[:, 0]] for e in (1, 2)))
+    out = surface.triangles[2 * n :]
+    middle = surface.vertices[out].mean(axis=1) + 5.0
+    across = np.cross(*(surface.vertices[out[:, e]] - surface.vertices[out[:, 0]] for e in (1, 2)))
     assert (np.einsum("tc,tc->t", across, middle) > 0.0).all()
 
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from ground_cases import bumps, grid, raised, sphere
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from surface_cases import bumps, grid, raised, sphere
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, LocalMap, MapExtent, spread_map
+from patterndb_sketch.retopo.ground import Ground, LocalMap, MapExtent, SurfacePoints, spread_map
 from patterndb_sketch.retopo.ground.localmap import TORN
 
 B = 1.0
 STEP = B / 10.0
 
 
-def flat_ground(columns: int, rows: int, seed: int, low: tuple[float, float]) -> Ground:
+def flat_surface(columns: int, rows: int, seed: int, low: tuple[float, float]) -> Ground:
     at, faces = grid(columns, rows, STEP, seed, low)
     return Ground.of(raised(at, lambda x, y: 0.0 * x), faces)
 
@@ -28,15 +28,15 @@ def line(start: tuple[float, ...], end: tuple[float, ...], n: int) -> np.ndarray
 class TestOnThePlane:
     @pytest.mark.parametrize("seed", range(3))
     def test_a_straight_stroke_is_exact(self, seed: int) -> None:
-        ground = flat_ground(60, 80, seed, (-3.0, -2.0))
+        surface = flat_surface(60, 80, seed, (-3.0, -2.0))
         stroke = line((0.0, 0.0, 0.0), (0.0, 4.0, 0.0), 81)
         found = spread_map(
-            ground,
-            ground.nearest(stroke),
+            surface,
+            surface.nearest(stroke),
             np.tile((0.0, 1.0, 0.0), (81, 1)),
             MapExtent.spine(B, 4.0),
         )
-        error = np.abs(found.uv - ground.vertices[found.vertices, :2])
+        error = np.abs(found.uv - surface.vertices[found.vertices, :2])
         assert error.max() < 1e-9 * B
         # The brush lies within: corners of a patch can be asked for.
         _, there = found.at([(-B, 0.0), (B, 0.0), (B, 4.0), (-B, 4.0)])
@@ -46,27 +46,29 @@ class TestOnThePlane:
     @given(st.integers(0, 2**32))
     def test_a_point_is_exact_in_any_direction(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        ground = flat_ground(60, 60, seed, (-3.0, -3.0))
+        surface = flat_surface(60, 60, seed, (-3.0, -3.0))
         at = np.r_[rng.uniform(-0.3, 0.3, 2), 0.0]
         turn = rng.uniform(0.0, 2.0 * np.pi)
         along, right = (np.cos(turn), np.sin(turn), 0.0), (np.sin(turn), -np.cos(turn), 0.0)
         # Its length and a part across the surface do not count.
         tangent = 7.0 * np.array(along) + np.array((0.0, 0.0, rng.normal()))
-        found = spread_map(ground, ground.nearest(at[None]), tangent[None], MapExtent.completion(B))
-        off = ground.vertices[found.vertices] - at
+        found = spread_map(
+            surface, surface.nearest(at[None]), tangent[None], MapExtent.completion(B)
+        )
+        off = surface.vertices[found.vertices] - at
         assert np.abs(found.uv - np.stack([off @ right, off @ along], axis=1)).max() < 1e-9 * B
         assert found.uv[:, 0].min() < -B and found.uv[:, 1].max() > 2.0 * B
 
     @pytest.mark.parametrize("seed", range(3))
     def test_an_arc_is_near_the_polar_map(self, seed: int) -> None:
-        ground = flat_ground(100, 100, seed, (-5.0, -5.0))
+        surface = flat_surface(100, 100, seed, (-5.0, -5.0))
         radius, half = 3.0 * B, 0.8
         turn = np.linspace(-half, half, 97)
         stroke = radius * np.stack([np.cos(turn) - 1.0, np.sin(turn), 0.0 * turn], axis=1)
         tangents = np.stack([-np.sin(turn), np.cos(turn), 0.0 * turn], axis=1)
         length = 2.0 * half * radius
-        found = spread_map(ground, ground.nearest(stroke), tangents, MapExtent.spine(B, length))
-        x, y = (ground.vertices[found.vertices, :2] + (radius, 0.0)).T
+        found = spread_map(surface, surface.nearest(stroke), tangents, MapExtent.spine(B, length))
+        x, y = (surface.vertices[found.vertices, :2] + (radius, 0.0)).T
         polar = np.stack([np.hypot(x, y) - radius, (np.arctan2(y, x) + half) * radius], axis=1)
         beside = (np.abs(polar[:, 0]) <= B) & (polar[:, 1] >= 0.0) & (polar[:, 1] <= length)
         error = np.linalg.norm(found.uv - polar, axis=1)[beside]
@@ -80,31 +82,31 @@ class TestOnACylinder:
         flat, faces = grid(60, 80, STEP, seed, (-3.0, -2.0))
         turn = flat[:, 0] / radius
         rolled = np.c_[radius * np.cos(turn), radius * np.sin(turn), flat[:, 1]]
-        ground = Ground.of(rolled, faces)
-        stroke = ground.nearest(line((radius, 0.0, 0.0), (radius, 0.0, 4.0), 81))
+        surface = Ground.of(rolled, faces)
+        stroke = surface.nearest(line((radius, 0.0, 0.0), (radius, 0.0, 4.0), 81))
         found = spread_map(
-            ground, stroke, np.tile((0.0, 0.0, 1.0), (81, 1)), MapExtent.spine(B, 4.0)
+            surface, stroke, np.tile((0.0, 0.0, 1.0), (81, 1)), MapExtent.spine(B, 4.0)
         )
         error = np.abs(found.uv - flat[found.vertices])[np.abs(flat[found.vertices, 0]) <= B]
         assert len(error) > 500 and error.max() < 1e-3 * B
 
 
 def spread(seed: int) -> tuple[Ground, LocalMap]:
-    ground = bumps(seed, 40)
+    surface = bumps(seed, 40)
     rng = np.random.default_rng(seed)
-    at = ground.nearest(rng.uniform(0.4, 0.6, (1, 3)))
-    return ground, spread_map(ground, at, [(1.0, 0.3, 0.0)], MapExtent.completion(0.15))
+    at = surface.nearest(rng.uniform(0.4, 0.6, (1, 3)))
+    return surface, spread_map(surface, at, [(1.0, 0.3, 0.0)], MapExtent.completion(0.15))
 
 
 class TestBothWays:
     @settings(max_examples=25, deadline=None)
     @given(st.integers(0, 2**32))
     def test_there_and_back(self, seed: int) -> None:
-        ground, found = spread(seed)
+        surface, found = spread(seed)
         rng = np.random.default_rng(seed)
         chosen = rng.integers(len(found.triangles), size=50)
         weights = rng.dirichlet((1.0, 1.0, 1.0), 50)
-        feet = ground.at(found.triangles[chosen], weights)
+        feet = surface.at(found.triangles[chosen], weights)
         uv = found.of(feet)
         assert np.isfinite(uv).all()
         again, there = found.at(uv)
@@ -132,8 +134,8 @@ class TestBothWays:
             assert triangle == (found.triangles[far.argmin()] if is_there else -1)
 
     def test_points_beside_the_surface(self) -> None:
-        ground, found = spread(3)
-        feet = ground.at(found.triangles[::7], np.full((len(found.triangles[::7]), 3), 1 / 3))
+        surface, found = spread(3)
+        feet = surface.at(found.triangles[::7], np.full((len(found.triangles[::7]), 3), 1 / 3))
         uv = found.of_points(feet.points + 1e-4 * feet.normals, feet.normals)
         assert np.abs(uv - found.of(feet)).max() < 1e-3
         assert np.isnan(found.of_points(feet.points + 50.0, feet.normals)).all()
@@ -142,27 +144,27 @@ class TestBothWays:
         assert np.isnan(found.of_points(feet.points, down)).all()
 
     def test_outside_is_told(self) -> None:
-        ground, found = spread(4)
+        surface, found = spread(4)
         feet, there = found.at([(9.0, 9.0), (np.nan, 0.0), (0.0, 0.0)])
         assert there.tolist() == [False, False, True]
         assert (feet.triangles[:2] == -1).all() and np.isnan(feet.points[:2]).all()
-        mapped = np.isin(np.arange(len(ground.triangles)), found.triangles)
+        mapped = np.isin(np.arange(len(surface.triangles)), found.triangles)
         rest = np.flatnonzero(~mapped).astype(np.int32)
-        assert np.isnan(found.of(ground.at(rest, np.full((len(rest), 3), 1 / 3)))).all()
+        assert np.isnan(found.of(surface.at(rest, np.full((len(rest), 3), 1 / 3)))).all()
 
 
 class TestReach:
     def test_only_triangles_with_all_corners_within(self) -> None:
-        ground, found = spread(5)
+        surface, found = spread(5)
         window = MapExtent.completion(0.15)
         assert (found.distance <= window.distance).all() and (np.diff(found.distance) >= 0).all()
         for d, (low, high) in enumerate((window.u, window.v)):
             assert (found.uv[:, d] >= low).all() and (found.uv[:, d] <= high).all()
-        has = np.zeros(len(ground.vertices), bool)
+        has = np.zeros(len(surface.vertices), bool)
         has[found.vertices] = True
-        whole = np.flatnonzero(has[ground.triangles].all(axis=1))
+        whole = np.flatnonzero(has[surface.triangles].all(axis=1))
         assert set(found.triangles) <= set(whole)
-        assert (found.vertices[found.corners] == ground.triangles[found.triangles]).all()
+        assert (found.vertices[found.corners] == surface.triangles[found.triangles]).all()
 
     def test_fronts_that_meet_behind_a_limb_leave_a_gap(self) -> None:
         turn = 2.0 * np.pi * np.arange(24) / 24
@@ -174,15 +176,15 @@ class TestReach:
         ] + [
             np.stack([24 * r + i, 24 * r + 24 + (i + 1) % 24, 24 * r + 24 + i], 1) for r in range(3)
         ]
-        ground = Ground.of(np.concatenate(rings), np.concatenate(faces))
-        seeds = ground.nearest(line((1.0, 0.0, 0.5), (1.0, 0.0, 2.5), 9))
+        surface = Ground.of(np.concatenate(rings), np.concatenate(faces))
+        seeds = surface.nearest(line((1.0, 0.0, 0.5), (1.0, 0.0, 2.5), 9))
         window = MapExtent(20.0, (-9.0, 9.0), (-9.0, 9.0))
-        found = spread_map(ground, seeds, np.tile((0.0, 0.0, 1.0), (9, 1)), window)
-        assert len(found.vertices) == len(ground.vertices)
-        assert len(found.triangles) < len(ground.triangles)
+        found = spread_map(surface, seeds, np.tile((0.0, 0.0, 1.0), (9, 1)), window)
+        assert len(found.vertices) == len(surface.vertices)
+        assert len(found.triangles) < len(surface.triangles)
         corner = found.uv[found.corners]
         flat = np.linalg.norm(corner - np.roll(corner, -1, axis=1), axis=2)
-        solid = ground.vertices[ground.triangles[found.triangles]]
+        solid = surface.vertices[surface.triangles[found.triangles]]
         solid = np.linalg.norm(solid - np.roll(solid, -1, axis=1), axis=2)
         assert (flat <= TORN * solid + 1e-12).all()
 
@@ -202,18 +204,18 @@ class TestReach:
 
 class TestRefusals:
     def test_no_seed(self) -> None:
-        ground = sphere(1)
+        surface = sphere(1)
         with pytest.raises(InvalidRetopoError, match="one point or more"):
             spread_map(
-                ground, ground.nearest(np.empty((0, 3))), np.empty((0, 3)), MapExtent.spine(1, 1)
+                surface, surface.nearest(np.empty((0, 3))), np.empty((0, 3)), MapExtent.spine(1, 1)
             )
 
     @pytest.mark.parametrize("tangent", [(0.0, 0.0, 0.0), (0.0, 0.0, 2.0), (0.0, np.nan, 0.0)])
     def test_a_tangent_across_the_surface(self, tangent: tuple[float, ...]) -> None:
-        ground = flat_ground(4, 4, 0, (0.0, 0.0))
-        seed: GroundPoints = ground.nearest([(0.2, 0.2, 0.0)])
+        surface = flat_surface(4, 4, 0, (0.0, 0.0))
+        seed: SurfacePoints = surface.nearest([(0.2, 0.2, 0.0)])
         with pytest.raises(InvalidRetopoError, match="no part along the surface"):
-            spread_map(ground, seed, [tangent], MapExtent.spine(1, 1))
+            spread_map(surface, seed, [tangent], MapExtent.spine(1, 1))
 
     def test_shapes(self) -> None:
         _, found = spread(1)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from ground_cases import bumps, plane, sphere, tube
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from surface_cases import bumps, plane, sphere, tube
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Trace, cut_by_plane
@@ -20,11 +20,11 @@ CUBE_FACES = np.array(
 )
 
 
-def lies_within(ground: Ground, trace: Trace) -> None:
-    """Does every segment lie in its triangle, and every point of the line on the ground?"""
+def lies_within(surface: Ground, trace: Trace) -> None:
+    """Does every segment lie in its triangle, and every point of the line on the surface?"""
     line = trace.round
     assert len(line) == len(trace.triangles) + 1
-    corner = ground.vertices[ground.triangles[trace.triangles]]
+    corner = surface.vertices[surface.triangles[trace.triangles]]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     size = np.linalg.norm(normal, axis=1)
     for at in (line[:-1], line[1:]):
@@ -33,18 +33,18 @@ def lies_within(ground: Ground, trace: Trace) -> None:
             inside = np.einsum("nc,nc->n", np.cross(head - tail, at - tail), normal)
             assert (inside >= -1e-9 * size**2).all()
         off = np.einsum("nc,nc->n", at - corner[:, 0], normal) / size
-        assert np.abs(off).max() < 1e-9 * ground.diagonal
+        assert np.abs(off).max() < 1e-9 * surface.diagonal
 
 
-def cut_triangles(ground: Ground, point: np.ndarray, normal: np.ndarray) -> float:
+def cut_triangles(surface: Ground, point: np.ndarray, normal: np.ndarray) -> float:
     """The whole length of the plane's cuts through all triangles, one after the other."""
     total = 0.0
-    height = (ground.vertices - point) @ normal
+    height = (surface.vertices - point) @ normal
     height[np.abs(height) < 1e-13] = 0.0
-    side = height[ground.triangles] >= 0.0
-    for corner in ground.triangles[side.any(axis=1) & ~side.all(axis=1)]:
+    side = height[surface.triangles] >= 0.0
+    for corner in surface.triangles[side.any(axis=1) & ~side.all(axis=1)]:
         ends = [
-            (height[i] * ground.vertices[j] - height[j] * ground.vertices[i])
+            (height[i] * surface.vertices[j] - height[j] * surface.vertices[i])
             / (height[i] - height[j])
             for i, j in zip(corner, np.roll(corner, -1), strict=True)
             if (height[i] >= 0.0) != (height[j] >= 0.0)
@@ -187,7 +187,7 @@ class TestLimit:
 
 
 class TestSampled:
-    def test_even_steps_on_the_ground(self) -> None:
+    def test_even_steps_on_the_surface(self) -> None:
         ball = sphere(4)
         trace = cut_by_plane(ball, ball.nearest([(1.0, 0.0, 0.2)]), (0.0, 0.1, 1.0))
         stroke = trace.sample(ball, 0.05)

@@ -132,7 +132,7 @@ def test_what_is_stretched_is_sampled_anew_and_a_closed_curve_bends_half_way_rou
     assert np.allclose(off[1:], off[:0:-1], atol=1e-3)
 
 
-def test_on_a_sphere_all_stays_on_the_ground() -> None:
+def test_on_a_sphere_all_stays_on_the_surface() -> None:
     sizes = Sizes.of(sphere().diagonal)
     lines = [[[0.6, -0.5, 0.7], [0.7, 0.0, 0.7]], [[0.7, 0.0, 0.7], [0.4, 0.3, 0.8]]]
     network = Network()

@@ -26,7 +26,7 @@ def test_filling_leaves_what_was_imported() -> None:
     found = import_quads(points + 0.01 * np.random.default_rng(1).normal(size=points.shape), quads)
     assert len(found.network.patches) == 60
     with patterndb.open() as source:
-        whole = fill_network(found.network, found.ground, source, found.sizes.edge)
+        whole = fill_network(found.network, found.surface, source, found.sizes.edge)
         assert whole.network is found.network
         assert weld_fills(whole).vertices.tobytes() == weld_fills(found.filled).vertices.tobytes()
         # The fill is the database's own: another can be taken, and the first again.
@@ -40,7 +40,7 @@ def test_filling_leaves_what_was_imported() -> None:
         edit = erase_chains(found.network, [0])
         check_network(edit.network)
         assert len(edit.network.patches) == 59
-        after = fill_network(edit.network, found.ground, source, found.sizes.edge)
+        after = fill_network(edit.network, found.surface, source, found.sizes.edge)
     made = weld_fills(after)
     assert len(find_open_edges(made)) == 0
     kept = found.network.patches.keys() & edit.network.patches.keys()
@@ -72,16 +72,16 @@ def test_corners_that_were_regular_go_with_their_curves() -> None:
 
 def test_on_another_surface_vertices_lie_on_it() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
-    ground = Ground.of(ball.vertices, ball.faces)
+    surface = Ground.of(ball.vertices, ball.faces)
     points, quads = cube(4)
     points = 2.0 * points - 1.0
-    found = import_quads(points, quads, ground)
+    found = import_quads(points, quads, surface)
     check_network(found.network)
     made = weld_fills(found.filled)
-    gaps = ground.nearest(made.vertices).points - made.vertices
+    gaps = surface.nearest(made.vertices).points - made.vertices
     assert abs(gaps).max() < 1e-12
     for chain in found.network.chains.values():
-        gaps = ground.nearest(chain.points).points - chain.points
+        gaps = surface.nearest(chain.points).points - chain.points
         assert abs(gaps).max() < 1e-12
     assert len(find_open_edges(made)) == 0
 

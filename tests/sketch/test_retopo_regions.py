@@ -81,8 +81,8 @@ def measure_area(editor: Editor) -> float:
     return float((0.5 * np.cross(one, two)[:, 2]).sum())
 
 
-def sizes_of(ground: Ground) -> Sizes:
-    return Sizes.of(ground.diagonal)
+def sizes_of(surface: Ground) -> Sizes:
+    return Sizes.of(surface.diagonal)
 
 
 def ring(radius: float, z: float, n: int = 200, middle: ArrayLike = (0, 0)) -> np.ndarray:
@@ -97,8 +97,8 @@ def test_strokes_around_a_hole_of_the_surface_get_no_quads(
     source: PatternSource, k: int, half: float
 ) -> None:
     """However large the triangles are: at 2.3 the strokes cross those at the hole's border."""
-    ground = plate(k)
-    editor = Editor(ground, source, sizes_of(ground))
+    surface = plate(k)
+    editor = Editor(surface, source, sizes_of(surface))
     draw_square(editor, half)
     found = editor.fill()
     assert not found.placed
@@ -112,16 +112,16 @@ def test_strokes_around_a_hole_of_the_surface_get_no_quads(
 
 
 def test_a_patch_beside_a_hole_is_filled(source: PatternSource) -> None:
-    ground = plate(10)
-    editor = Editor(ground, source, sizes_of(ground))
+    surface = plate(10)
+    editor = Editor(surface, source, sizes_of(surface))
     for a, b in (((2, 1), (4, 1)), ((4, 1), (4, -1)), ((4, -1), (2, -1))):
         do(editor, "stroke", points=line(a, b))
     assert measure_area(editor) == pytest.approx(4.0)
 
 
 def test_a_hole_cannot_be_made_a_patch(source: PatternSource) -> None:
-    ground = plate(10)
-    editor = Editor(ground, source, sizes_of(ground))
+    surface = plate(10)
+    editor = Editor(surface, source, sizes_of(surface))
     draw_square(editor, 3.0)
     assert editor.do(Call("patch", {"at": [2.9, 0, 0], "off": True})).changed
     outcome = editor.do(Call("patch", {"at": [2.9, 0, 0]}))
@@ -130,8 +130,8 @@ def test_a_hole_cannot_be_made_a_patch(source: PatternSource) -> None:
 
 def test_the_default_cap_of_a_cylinder_does_not_close_an_open_end(source: PatternSource) -> None:
     for open_end, patches in ((True, 4), (False, 5)):
-        ground = sleeve(open_end)
-        editor = Editor(ground, source, sizes_of(ground))
+        surface = sleeve(open_end)
+        editor = Editor(surface, source, sizes_of(surface))
         do(editor, "loop", at=[0.9, 0, 1.0], normal=[0, 0, 1])
         do(editor, "loop", at=[0.55, 0, 3.7], normal=[0, 0, 1])
         way = [[1.0 - z / 8.0, 0.0, z] for z in np.linspace(1.0, 3.7, 30).tolist()]
@@ -144,30 +144,30 @@ def test_the_default_cap_of_a_cylinder_does_not_close_an_open_end(source: Patter
         do(editor, "cylinder", points=way)
         found = editor.fill()
         assert len(found.placed) == len(found.network.patches) == patches
-        gap = ground.nearest(weld_fills(found).vertices).points - weld_fills(found).vertices
-        assert np.linalg.norm(gap, axis=1).max() < 0.01 * ground.diagonal
+        gap = surface.nearest(weld_fills(found).vertices).points - weld_fills(found).vertices
+        assert np.linalg.norm(gap, axis=1).max() < 0.01 * surface.diagonal
 
 
 def test_the_opening_of_a_torus_is_no_disk(source: PatternSource) -> None:
     """Seen from above, a circle along its top encloses what is no part of it."""
-    ground = torus()
-    editor = Editor(ground, source, sizes_of(ground))
+    surface = torus()
+    editor = Editor(surface, source, sizes_of(surface))
     around = ring(3.0, 1.0, 241)
     for k in range(4):
         part = around[60 * k : 60 * k + 61] if k < 3 else np.r_[around[180:], around[:1]]
         do(editor, "stroke", points=part.tolist())
     found = editor.fill()
     assert not found.placed
-    why = explain_no_disk(ground, ring(3.0, 1.0))
+    why = explain_no_disk(surface, ring(3.0, 1.0))
     assert why is not None and "goes round a handle" in why
 
 
 @pytest.mark.parametrize("radius", [0.3, 0.6, 0.9])
 def test_disks_are_disks_and_what_is_beyond_them_is_none(radius: float) -> None:
     """On a torus: a small circle on its top, and the other way round, around the handle."""
-    ground = torus()
+    surface = torus()
     circle = ring(radius, 0.0, middle=(3.0, 0.0))
-    points = ground.nearest(circle + np.array([0.0, 0.0, 1.0])).points
-    assert explain_no_disk(ground, points) is None
-    why = explain_no_disk(ground, points[::-1])
+    points = surface.nearest(circle + np.array([0.0, 0.0, 1.0])).points
+    assert explain_no_disk(surface, points) is None
+    why = explain_no_disk(surface, points[::-1])
     assert why is not None and "handle" in why

@@ -61,7 +61,7 @@ def session(source: PatternSource) -> RetopoSession:
     # A patch whose fill was taken back, and one that never had any.
     network = set_choice(network, patch_around(network, 1.5, 2.5), Filling())
     network = set_choice(network, patch_around(network, 0.5, 0.25), None)
-    return RetopoSession(editor.ground, State(network, editor.sizes), "a b.obj")
+    return RetopoSession(editor.surface, State(network, editor.sizes), "a b.obj")
 
 
 def assert_same(one: RetopoSession, two: RetopoSession) -> None:
@@ -72,8 +72,8 @@ def assert_same(one: RetopoSession, two: RetopoSession) -> None:
     for things in ("nodes", "chains", "patches"):
         assert list(getattr(a, things)) == list(getattr(b, things))
     for name in ("vertices", "triangles", "normals"):
-        assert same_arrays(getattr(one.ground, name), getattr(two.ground, name))
-    assert one.ground.diagonal == two.ground.diagonal
+        assert same_arrays(getattr(one.surface, name), getattr(two.surface, name))
+    assert one.surface.diagonal == two.surface.diagonal
 
 
 def test_what_is_written_is_read(session: RetopoSession, tmp_path: Path) -> None:
@@ -82,7 +82,7 @@ def test_what_is_written_is_read(session: RetopoSession, tmp_path: Path) -> None
     again = read_session(path)
     assert_same(session, again)
     assert session_bytes(again) == path.read_bytes()
-    assert session_bytes(session, surface_bytes(session.ground)) == path.read_bytes()
+    assert session_bytes(session, surface_bytes(session.surface)) == path.read_bytes()
     kinds = {type(patch.choice) for patch in again.state.network.patches.values()}
     assert kinds == {Filling, type(None)}
     chain = next(iter(again.state.network.chains.values()))
@@ -97,7 +97,7 @@ def test_an_empty_network_and_an_endless_loop_limit_are_read() -> None:
 def test_curved_surfaces_are_read_bit_for_bit(source: PatternSource) -> None:
     editor = drawn_octants(source)
     editor.fill()
-    session = RetopoSession(editor.ground, editor.state)
+    session = RetopoSession(editor.surface, editor.state)
     assert_same(session, parse_session(session_bytes(session)))
 
 
@@ -107,7 +107,7 @@ def test_a_session_goes_on_as_if_never_closed(
     """The same calls and fills on what was read and on what was written."""
     editors: list[Editor] = []
     for one in (session, parse_session(session_bytes(session))):
-        editor = Editor(one.ground, source)
+        editor = Editor(one.surface, source)
         editor.restore(one.state)
         do(editor, "stroke", points=line((0.5, -1), (0.5, 1)))
         do(editor, "erase", at=[1, 1.5, 0])
@@ -128,7 +128,7 @@ def test_numbers_of_any_size_are_read_bit_for_bit(session: RetopoSession) -> Non
 def test_the_plane_of_symmetry_is_read_bit_for_bit(session: RetopoSession) -> None:
     for plane_of in (Plane(), Plane.of([0.1 + 0.2, 0, 0], [1, 2, 1 / 3]), Plane((-0.0, 0, 0))):
         state = State(session.state.network, session.state.sizes, plane_of)
-        again = parse_session(session_bytes(RetopoSession(session.ground, state)))
+        again = parse_session(session_bytes(RetopoSession(session.surface, state)))
         assert again.state.same(state)
         assert repr(again.state.plane) == repr(Plane(*map(floats, astuple(plane_of))))
 
@@ -142,7 +142,7 @@ def test_a_choice_of_another_kind_is_an_error(session: RetopoSession) -> None:
     patch = next(iter(network.patches))
     state = State(set_choice(network, patch, "blue"), session.state.sizes)
     with pytest.raises(InvalidRetopoError, match=f"patch {patch} has a choice that is no Filling"):
-        session_bytes(RetopoSession(session.ground, state))
+        session_bytes(RetopoSession(session.surface, state))
 
 
 def repacked(data: bytes, name: str, change: Callable[[bytes], bytes | None]) -> bytes:

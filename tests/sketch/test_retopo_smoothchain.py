@@ -83,7 +83,7 @@ def test_patches_keep_their_ids_counts_and_choices() -> None:
         assert same == (chain != stem)
 
 
-def test_on_a_sphere_it_stays_on_the_ground() -> None:
+def test_on_a_sphere_it_stays_on_the_surface() -> None:
     sizes = Sizes.of(sphere().diagonal)
     drawn_line = [[0.6, -0.5, 0.7], [0.7, 0.0, 0.7], [0.4, 0.3, 0.8]]
     network = insert_stroke(

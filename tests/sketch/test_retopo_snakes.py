@@ -1,4 +1,4 @@
-"""Snakes: curvature of the ground, and curves that move to ridges and valleys."""
+"""Snakes: curvature of the surface, and curves that move to ridges and valleys."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from ground_cases import bumps, sphere
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import SIZES, drawn, even, flat, plane
 from retopo_cases import up as plane_up
 from scipy.spatial.transform import Rotation
+from surface_cases import bumps, sphere
 
 from patterndb._native.retopo.tools.salience import sum_dots
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_borders,
@@ -72,10 +72,10 @@ def sizes(edge: float) -> Sizes:
     return Sizes(snap=0.02, spine=0.1, autocompletion=0.1, brush=0.1, edge=edge, sampling=0.004)
 
 
-def beside(ground: Ground, off: float, half: float = 0.25) -> GroundStroke:
+def beside(surface: Ground, off: float, half: float = 0.25) -> SurfaceCurve:
     """A line on the top of the cube, parallel to an edge along y, and this far off its plane."""
     line = even([[0.5 - off, -half, 0.5], [0.5 - off, half, 0.5]], step=0.004)
-    return GroundStroke(line, ground.nearest(line).normals, False)
+    return SurfaceCurve(line, surface.nearest(line).normals, False)
 
 
 def off_ridge(points: np.ndarray) -> np.ndarray:
@@ -87,13 +87,13 @@ def off_ridge(points: np.ndarray) -> np.ndarray:
 def test_a_line_beside_a_rounded_edge_moves_to_its_ridge(
     edge: float, tessellation: tuple[int, int]
 ) -> None:
-    ground, at = cube(*tessellation), sizes(edge)
-    stroke = beside(ground, 2.0 * RADIUS)
-    salience = Salience.of(ground, edge)
-    network = insert_stroke(Network(), ground, at, stroke).network
+    surface, at = cube(*tessellation), sizes(edge)
+    stroke = beside(surface, 2.0 * RADIUS)
+    salience = Salience.of(surface, edge)
+    network = insert_stroke(Network(), surface, at, stroke).network
     (chain,) = network.chains
     edit = align_nearest(
-        network, ground, at, salience, stroke.points[60], stroke.normals[60], "ridge"
+        network, surface, at, salience, stroke.points[60], stroke.normals[60], "ridge"
     )
     check_network(edit.network)
     line = edit.network.chains[chain]
@@ -104,48 +104,48 @@ def test_a_line_beside_a_rounded_edge_moves_to_its_ridge(
     # Its ends stay, exactly; it is led from them, and does not fold.
     assert (line.points[[0, -1]] == stroke.points[[0, -1]]).all()
     assert (np.diff(line.points[:, 1])[3:-3] > -1e-4).all()
-    feet = ground.nearest(line.points)
+    feet = surface.nearest(line.points)
     assert np.linalg.norm(feet.points - line.points, axis=1).max() < 2e-3
 
 
 def test_noise_of_the_triangles_hardly_matters() -> None:
     smooth, at = cube(6, 24), sizes(RADIUS)
     shake = np.random.default_rng(0).normal(0.0, 0.02 * RADIUS, smooth.vertices.shape)
-    ground = Ground.of(smooth.vertices + shake, smooth.triangles)
-    foot = ground.nearest(beside(smooth, 2.0 * RADIUS).points)
-    salience = Salience.of(ground, at.edge)
-    points, _, _ = move_snake(foot.points, foot.normals, False, ground, at, salience, "ridge")
+    surface = Ground.of(smooth.vertices + shake, smooth.triangles)
+    foot = surface.nearest(beside(smooth, 2.0 * RADIUS).points)
+    salience = Salience.of(surface, at.edge)
+    points, _, _ = move_snake(foot.points, foot.normals, False, surface, at, salience, "ridge")
     assert off_ridge(points[np.abs(points[:, 1]) < 0.05]).max() < 0.05 * RADIUS
 
 
 @pytest.mark.parametrize("mode", MODES)
 def test_inside_out_the_edges_are_valleys(mode: Mode) -> None:
-    ground, at = cube(2, 1, True), sizes(RADIUS)
-    stroke = beside(ground, 1.5 * RADIUS)
-    salience = Salience.of(ground, at.edge)
-    network = insert_stroke(Network(), ground, at, stroke).network
+    surface, at = cube(2, 1, True), sizes(RADIUS)
+    stroke = beside(surface, 1.5 * RADIUS)
+    salience = Salience.of(surface, at.edge)
+    network = insert_stroke(Network(), surface, at, stroke).network
     (chain,) = network.chains
     if mode == "ridge":
         with pytest.raises(RefusedError, match="no ridge"):
-            align_chain(network, ground, at, salience, chain, mode)
+            align_chain(network, surface, at, salience, chain, mode)
         return
-    done = align_chain(network, ground, at, salience, chain, mode).network
+    done = align_chain(network, surface, at, salience, chain, mode).network
     check_network(done)
     line = done.chains[chain].points
     assert off_ridge(line[np.abs(line[:, 1]) < 0.05]).max() < 0.2 * RADIUS
 
 
 def test_a_closed_curve_around_the_cube_moves_to_four_edges() -> None:
-    ground, at = cube(2, 1), sizes(RADIUS)
+    surface, at = cube(2, 1), sizes(RADIUS)
     side = 0.5 - RADIUS
     turn = np.linspace(-np.pi / 4, np.pi / 4, 12)
     corner = side + RADIUS * np.c_[np.cos(turn), np.sin(turn)] @ _turned(np.pi / 4)
     ring = np.concatenate([corner @ _turned(k * np.pi / 2) for k in range(4)])
     line = even(np.c_[ring, np.full(len(ring), 0.5 - 1.8 * RADIUS)], True, 0.004)
-    foot = ground.nearest(line)
+    foot = surface.nearest(line)
     network, chain = add_loop(Network(), foot.points, foot.normals)
-    salience = Salience.of(ground, at.edge)
-    done = align_chain(network, ground, at, salience, chain, "ridge").network
+    salience = Salience.of(surface, at.edge)
+    done = align_chain(network, surface, at, salience, chain, "ridge").network
     check_network(done, patches=False)
     points = done.chains[chain].points
     flat_side = np.abs(points[:, :2]).min(axis=1) < 0.25
@@ -188,17 +188,17 @@ def test_curvature_is_that_of_spheres_tubes_and_cubes_whatever_the_triangles() -
     assert both == pytest.approx(felt)
     at = np.array([[RIDGE, y, RIDGE] for y in np.linspace(-0.1, 0.1, 5)])
     small = 0.1 * RADIUS
-    for ground, rough in ((cube(2, 1), 0.3), (cube(12, 1), 0.02)):
-        foot = ground.nearest(at)
-        felt, _ = Salience.of(ground, 3.0 * small).feel(foot.points, foot.normals, "ridge")
+    for surface, rough in ((cube(2, 1), 0.3), (cube(12, 1), 0.02)):
+        foot = surface.nearest(at)
+        felt, _ = Salience.of(surface, 3.0 * small).feel(foot.points, foot.normals, "ridge")
         assert felt == pytest.approx(3.0 * small / RADIUS, rel=rough + 0.05)
 
 
 def test_the_pull_is_the_gradient_of_the_feature_over_itself() -> None:
-    """Against differences, along the ground, where the feature is strong."""
-    ground = cube(6, 12)
+    """Against differences, along the surface, where the feature is strong."""
+    surface = cube(6, 12)
     edge = RADIUS
-    salience = Salience.of(ground, edge)
+    salience = Salience.of(surface, edge)
     x = np.linspace(0.5 - 2.5 * RADIUS, 0.5 - 1.1 * RADIUS, 8)
     at = np.c_[x, np.full(len(x), 0.05), np.full(len(x), 0.5)]
     up = np.tile([0.0, 0.0, 1.0], (len(x), 1))
@@ -246,32 +246,32 @@ def test_sums_over_cells_are_those_over_all_dots(seed: int) -> None:
 @given(st.integers(0, 2**32 - 1))
 def test_the_direction_of_a_curve_does_not_matter(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    ground = bumps(2)
-    size = replace(Sizes.of(ground.diagonal), sampling=0.01)
-    salience = Salience.of(ground, size.edge)
+    surface = bumps(2)
+    size = replace(Sizes.of(surface.diagonal), sampling=0.01)
+    salience = Salience.of(surface, size.edge)
     ends = rng.uniform(0.1, 0.9, (2, 2))
     if np.linalg.norm(ends[1] - ends[0]) < 0.2:
         return
-    line = clean_stroke(np.c_[ends, np.zeros(2)], ground, size, closed=False)
+    line = clean_stroke(np.c_[ends, np.zeros(2)], surface, size, closed=False)
     mode: Mode = MODES[int(rng.integers(3))]
-    one, up, last = move_snake(line.points, line.normals, False, ground, size, salience, mode)
+    one, up, last = move_snake(line.points, line.normals, False, surface, size, salience, mode)
     back = line.points[::-1].copy(), line.normals[::-1].copy()
-    two, down, other = move_snake(*back, False, ground, size, salience, mode)
+    two, down, other = move_snake(*back, False, surface, size, salience, mode)
     assert np.abs(one - two[::-1]).max() < 1e-6
     assert np.abs(up - down[::-1]).max() < 1e-4
     assert last == pytest.approx(other, abs=1e-5)
     assert (one[[0, -1]] == line.points[[0, -1]]).all()
-    feet = ground.nearest(one)
+    feet = surface.nearest(one)
     assert np.linalg.norm(feet.points - one, axis=1).max() < 1e-9
 
 
-def test_what_is_felt_turns_with_the_ground() -> None:
-    ground = bumps(3)
+def test_what_is_felt_turns_with_the_surface() -> None:
+    surface = bumps(3)
     turn = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
-    other = Ground.of(ground.vertices @ turn.T, ground.triangles)
-    at, up = ground.vertices[100:200], ground.normals[100:200]
+    other = Ground.of(surface.vertices @ turn.T, surface.triangles)
+    at, up = surface.vertices[100:200], surface.normals[100:200]
     for mode in MODES:
-        one, pull = Salience.of(ground, 0.1).feel(at, up, mode)
+        one, pull = Salience.of(surface, 0.1).feel(at, up, mode)
         two, pulled = Salience.of(other, 0.1).feel(at @ turn.T, up @ turn.T, mode)
         # Dots are taken together by cells, which do not turn.
         assert np.abs(one - two).max() < 0.05 * one.max()
@@ -287,8 +287,8 @@ def test_the_sides_of_a_thin_sheet_do_not_feel_each_other() -> None:
     points = np.concatenate([np.array(low, float), ridge])
     up = [[0, 1, 2], [0, 2, 3], [3, 2, 4], [3, 4, 5]]
     down = [[c + 6, b + 6, a + 6] for a, b, c in up]
-    ground = Ground.of(points, up + down)
-    salience = Salience.of(ground, 0.4)
+    surface = Ground.of(points, up + down)
+    salience = Salience.of(surface, 0.4)
     feature, pull = salience.feel([[0, 0.1, 0.0]], [[0, 0, 1.0]], "both")
     assert feature[0] == 0.0 and not pull.any()
     feature, _ = salience.feel([[0, 0.1, -0.28]], [[0, 0, -1.0]], "ridge")
@@ -296,16 +296,16 @@ def test_the_sides_of_a_thin_sheet_do_not_feel_each_other() -> None:
 
 
 def test_a_corner_moves_and_its_curves_follow() -> None:
-    ground, at = cube(2, 1), sizes(RADIUS)
-    stroke = beside(ground, 1.6 * RADIUS)
-    network = insert_stroke(Network(), ground, at, stroke).network
+    surface, at = cube(2, 1), sizes(RADIUS)
+    stroke = beside(surface, 1.6 * RADIUS)
+    network = insert_stroke(Network(), surface, at, stroke).network
     across = even([[0.5 - 1.6 * RADIUS, 0.0, 0.5], [-0.2, 0.0, 0.5]], step=0.004)
     network = insert_stroke(
-        network, ground, at, GroundStroke(across, ground.nearest(across).normals, False)
+        network, surface, at, SurfaceCurve(across, surface.nearest(across).normals, False)
     ).network
     (tee,) = [node for node in network.nodes.values() if node.valence == 3]
-    salience = Salience.of(ground, at.edge)
-    edit = align_nearest(network, ground, at, salience, tee.point, tee.normal, "ridge")
+    salience = Salience.of(surface, at.edge)
+    edit = align_nearest(network, surface, at, salience, tee.point, tee.normal, "ridge")
     check_network(edit.network)
     assert (edit.nodes, edit.chains) == ((), ())
     moved = edit.network.nodes[tee.id]
@@ -317,53 +317,53 @@ def test_a_corner_moves_and_its_curves_follow() -> None:
 
 
 def test_patches_stay_and_crossings_are_told() -> None:
-    ground, at = cube(2, 1), sizes(RADIUS)
-    salience = Salience.of(ground, at.edge)
+    surface, at = cube(2, 1), sizes(RADIUS)
+    salience = Salience.of(surface, at.edge)
     network = Network()
     corners = np.array([[0.32, -0.2, 0.5], [0.32, 0.2, 0.5], [0.1, 0.2, 0.5], [0.1, -0.2, 0.5]])
     chains: list[int] = []
     for k in range(4):
         line = even(np.stack([corners[k], corners[(k + 1) % 4]]), step=0.004)
         network = insert_stroke(
-            network, ground, at, GroundStroke(line, ground.nearest(line).normals, False)
+            network, surface, at, SurfaceCurve(line, surface.nearest(line).normals, False)
         ).network
     (patch,) = network.patches
     network = set_choice(network, patch, "a fill")
     chains = [c.id for c in network.chains.values() if np.ptp(c.points[:, 0]) < 1e-9]
     side = max(chains, key=lambda c: network.chains[c].points[0, 0])
-    edit = align_chain(network, ground, at, salience, side, "ridge")
+    edit = align_chain(network, surface, at, salience, side, "ridge")
     check_network(edit.network)
     assert edit.network.patches == network.patches
     assert not any("crosses" in note for note in edit.notes)
     # A curve in between is run over.
     between = even([[0.36, -0.1, 0.5], [0.36, 0.3, 0.5]], step=0.004)
     network, _ = add_chain(network, between, np.tile([0.0, 0.0, 1.0], (len(between), 1)))
-    edit = align_chain(network, ground, at, salience, side, "ridge")
+    edit = align_chain(network, surface, at, salience, side, "ridge")
     check_network(edit.network, patches=False)
     assert any("crosses" in note for note in edit.notes)
 
 
 def test_what_cannot_be_aligned_is_refused() -> None:
-    ground, at = cube(2, 1), sizes(RADIUS)
-    salience = Salience.of(ground, at.edge)
-    network = insert_stroke(Network(), ground, at, beside(ground, 2 * RADIUS)).network
+    surface, at = cube(2, 1), sizes(RADIUS)
+    salience = Salience.of(surface, at.edge)
+    network = insert_stroke(Network(), surface, at, beside(surface, 2 * RADIUS)).network
     (chain,) = network.chains
     with pytest.raises(RefusedError, match="no curve is near"):
-        align_nearest(network, ground, at, salience, (-0.4, 0, 0.5), (0, 0, 1))
+        align_nearest(network, surface, at, salience, (-0.4, 0, 0.5), (0, 0, 1))
     with pytest.raises(InvalidRetopoError, match="ridge, valley, both"):
-        align_chain(network, ground, at, salience, chain, "crest")  # pyright: ignore
+        align_chain(network, surface, at, salience, chain, "crest")  # pyright: ignore
     with pytest.raises(InvalidRetopoError, match="target edge"):
-        align_chain(network, ground, replace(at, edge=0.05), salience, chain)
+        align_chain(network, surface, replace(at, edge=0.05), salience, chain)
     with pytest.raises(InvalidRetopoError, match="no chain 999"):
-        align_chain(network, ground, at, salience, 999)
+        align_chain(network, surface, at, salience, 999)
     with pytest.raises(InvalidRetopoError, match="no node 999"):
-        align_node(network, ground, at, salience, 999)
+        align_node(network, surface, at, salience, 999)
     short, few = add_chain(Network(), [[0.3, 0, 0.5], [0.3, 0.1, 0.5]], [[0, 0, 1]] * 2)
     with pytest.raises(RefusedError, match="fewer than 5"):
-        align_chain(short, ground, at, salience, few)
+        align_chain(short, surface, at, salience, few)
     for bad in (0.0, -1.0, np.nan, 1e-9):
         with pytest.raises(InvalidRetopoError, match="target edge"):
-            Salience.of(ground, bad)
+            Salience.of(surface, bad)
     bordered = add_borders(Network(), plane(), 0.02)
     (border,) = bordered.chains
     none = Salience.of(plane(), SIZES.edge)

@@ -25,7 +25,7 @@ from retopo_cases import (
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -214,7 +214,7 @@ def test_an_open_stroke_with_loops_crosses_itself_at_each() -> None:
     curl = np.c_[0.1 * t + np.sin(t), np.cos(t)]
     line = even(curl, step=0.2)
     found = find_self_crossings(line, up(line), False)
-    network = insert_stroke(Network(), plane(), SIZES, GroundStroke(line, up(line), False)).network
+    network = insert_stroke(Network(), plane(), SIZES, SurfaceCurve(line, up(line), False)).network
     check_network(network)
     assert genus(network) == 0
     pairs = itertools.combinations(range(len(line) - 1), 2)
@@ -228,22 +228,22 @@ def test_the_two_sides_of_a_thin_sheet_do_not_cross() -> None:
     vertices = np.array(
         [[x, y, z] for z in (0.0, 0.01) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], float
     )
-    ground = Ground.of(vertices, [[4, 5, 6], [4, 6, 7], [0, 2, 1], [0, 3, 2]])
+    surface = Ground.of(vertices, [[4, 5, 6], [4, 6, 7], [0, 2, 1], [0, 3, 2]])
     top = even([[-0.5, 0, 0.01], [0.5, 0, 0.01]])
     below = even([[0, -0.5, 0], [0, 0.5, 0]])
-    network = insert_stroke(Network(), ground, SIZES, GroundStroke(top, up(top), False)).network
-    network = insert_stroke(network, ground, SIZES, GroundStroke(below, -up(below), False)).network
+    network = insert_stroke(Network(), surface, SIZES, SurfaceCurve(top, up(top), False)).network
+    network = insert_stroke(network, surface, SIZES, SurfaceCurve(below, -up(below), False)).network
     check_network(network)
     assert len(network.chains) == 2 and len(network.nodes) == 4
     other = even([[0, -0.5, 0.01], [0, 0.5, 0.01]])
-    network = insert_stroke(network, ground, SIZES, GroundStroke(other, up(other), False)).network
+    network = insert_stroke(network, surface, SIZES, SurfaceCurve(other, up(other), False)).network
     assert len(network.chains) == 1 + 4
 
 
 def test_what_runs_beyond_a_border_is_left_out() -> None:
     network = add_borders(Network(), plane(), 0.02)
     line = even([[4, 0], [6, 0], [6, 1], [4, 1]])
-    stroke = GroundStroke(line, up(line), False)
+    stroke = SurfaceCurve(line, up(line), False)
     done = insert_stroke(network, plane(), SIZES, stroke, Free(), Free()).network
     check_network(done)
     inner = [chain for chain in done.chains.values() if not chain.marked]

@@ -42,16 +42,16 @@ pytestmark = pytest.mark.skipif(
 @cache
 def played() -> tuple[Ground, FilledNetwork]:
     script = read_script(SCRIPTS / f"{NAME}.jsonl")
-    ground = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
+    surface = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
     with patterndb.open() as database:
-        editor = Editor(ground, database)
+        editor = Editor(surface, database)
         for line, outcome in play_script(script, editor, lambda *_: None):
             assert outcome.refused is None, line
-        return ground, editor.fill()
+        return surface, editor.fill()
 
 
-def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_ground() -> None:
-    ground, found = played()
+def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_surface() -> None:
+    surface, found = played()
     mesh = weld_fills(found)
     assert mesh.quads.shape[1] == 4
     assert all(len(set(quad)) == 4 for quad in mesh.quads.tolist())
@@ -72,14 +72,14 @@ def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_ground() -> No
             at, seen = after[vertex, at], seen + 1
         assert seen == len(spokes)
     quads_euler = len(mesh.vertices) - len(pairs) // 2 + len(mesh.quads)
-    sides = {tuple(sorted((t[k], t[k - 1]))) for t in ground.triangles.tolist() for k in range(3)}
-    assert quads_euler == len(ground.vertices) - len(sides) + len(ground.triangles)
+    sides = {tuple(sorted((t[k], t[k - 1]))) for t in surface.triangles.tolist() for k in range(3)}
+    assert quads_euler == len(surface.vertices) - len(sides) + len(surface.triangles)
 
 
 def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() -> None:
-    ground, found = played()
+    surface, found = played()
     check_network(found.network)
-    made = report_mesh(found, ground)
+    made = report_mesh(found, surface)
     assert found.notes == ()
     assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
     assert made.euler == 2
@@ -89,12 +89,12 @@ def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() ->
 
 
 def test_quads_and_surface_are_near_to_each_other() -> None:
-    ground, found = played()
+    surface, found = played()
     mesh = weld_fills(found)
-    assert max(hausdorff(mesh.vertices, mesh.quads, ground)) < NEAR
+    assert max(hausdorff(mesh.vertices, mesh.quads, surface)) < NEAR
     # Vertices are on the surface, those of curves on chords between samples of these.
-    off = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
-    assert off.max() < ON_SURFACE * ground.diagonal
+    off = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)
+    assert off.max() < ON_SURFACE * surface.diagonal
 
 
 @pytest.mark.parametrize("path", sorted(SCRIPTS.glob("*.jsonl")), ids=lambda path: path.stem)
@@ -108,14 +108,14 @@ def test_scripts_name_surfaces_that_are_there(path: Path) -> None:
 @pytest.mark.parametrize("name", ["spot.draft", "hand_closed.draft", "penguin.draft"])
 def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> None:
     script = read_script(SCRIPTS / f"{name}.jsonl")
-    ground = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
+    surface = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
     with patterndb.open() as database:
-        editor = Editor(ground, database)
+        editor = Editor(surface, database)
         for line, outcome in play_script(script, editor, lambda *_: None):
             assert outcome.refused is None, line
         found = editor.fill()
     check_network(found.network, patches=False)
-    made = report_mesh(found, ground)
+    made = report_mesh(found, surface)
     assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
     assert made.euler == 2
     assert max(made.to_ground, made.from_ground) < 0.02
@@ -123,20 +123,20 @@ def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> No
 
 def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
     script = read_script(SCRIPTS / "boot.jsonl")
-    ground = Ground.of_polygons(read_mesh(SURFACES / "boot.obj"))
+    surface = Ground.of_polygons(read_mesh(SURFACES / "boot.obj"))
     with patterndb.open() as database:
-        editor = Editor(ground, database)
+        editor = Editor(surface, database)
         for line in script.lines:
             # Filled once, at the end: a benchmark plays it with fills after every call.
             assert editor.do(line.call).refused is None, line
         found = editor.fill()
     network = found.network
     check_network(network)
-    handles = count_handles(ground)
+    handles = count_handles(surface)
     assert handles == 12
     assert count_genus(network.nodes, network.chains) == handles
     assert not find_open_loops(network)
-    made = report_mesh(found, ground)
+    made = report_mesh(found, surface)
     assert (made.unfilled, made.open_edges, made.tangled) == (0, 0, 0)
     assert made.euler == 2 - 2 * handles
 
@@ -145,7 +145,7 @@ def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
 def test_halves_of_animals_are_remeshed_as_evenly_as_their_surface_is_large(name: str) -> None:
     # A triangle that folds over looks for the surface at the other end of the limb.
     whole = Ground.of_polygons(read_mesh(MESHES / f"{name}.obj"))
-    half = cut_half(whole, propose_plane(whole).plane).ground
+    half = cut_half(whole, propose_plane(whole).plane).surface
     edge = 0.4 * Sizes.of(whole.diagonal).edge
     vertices, triangles = remesh_evenly(half, edge)
     made = Ground.of(vertices, triangles)

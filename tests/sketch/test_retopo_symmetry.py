@@ -1,4 +1,4 @@
-"""Symmetry: the plane, the half of the ground, and the whole mesh of what is on it."""
+"""Symmetry: the plane, the half of the surface, and the whole mesh of what is on it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def quadrants(plane: Plane) -> tuple[Half, Sizes, Network]:
 def filled(plane: Plane) -> tuple[FilledNetwork, MirroredMesh]:
     at, sizes, network = quadrants(plane)
     with patterndb.open() as source:
-        found = fill_network(network, at.ground, source, 3.0 * sizes.edge)
+        found = fill_network(network, at.surface, source, 3.0 * sizes.edge)
     return found, mirror_mesh(weld_fills(found), found.network, plane)
 
 
@@ -91,10 +91,10 @@ def test_mirroring_is_its_own_inverse_and_keeps_distances(six: list[float], seed
     assert plane.reversed.reversed == plane
 
 
-def side_areas(ground: Ground, plane: Plane) -> float:
+def side_areas(surface: Ground, plane: Plane) -> float:
     """Area above a plane, by clipping every triangle as a polygon."""
     total = 0.0
-    for corner in ground.vertices[ground.triangles]:
+    for corner in surface.vertices[surface.triangles]:
         height = plane.heights(corner)
         polygon: list[NDArray[np.float64]] = []
         for k in range(3):
@@ -113,36 +113,36 @@ def side_areas(ground: Ground, plane: Plane) -> float:
 @pytest.mark.parametrize("name", ["ball", "dome"])
 def test_the_half_is_what_is_above_the_plane(name: str, plane: Plane) -> None:
     at = half(name, plane)
-    height = plane.heights(at.ground.vertices)
+    height = plane.heights(at.surface.vertices)
     assert height.min() > -1e-12
     assert abs(height[at.on]).max() < 1e-12
     assert (height[~at.on] > at.near).all()
     if plane is X:
         assert (height[at.on] == 0.0).all()
     np.testing.assert_allclose(
-        at.ground.surface.areas.sum(), side_areas(at.whole, plane), rtol=1e-6
+        at.surface.surface.areas.sum(), side_areas(at.whole, plane), rtol=1e-6
     )
     # The seam is all of the border that the whole has not; its normals lie in the plane.
-    border = len(at.ground.topology.border)
+    border = len(at.surface.topology.border)
     runs = at.seams()
     assert all(at.on[run.vertices].all() for run in runs)
     edges = sum(len(run.vertices) - (not run.closed) for run in runs)
     assert (edges == border) == (name == "ball")
-    assert abs(at.ground.normals[at.on] @ np.array(plane.normal)).max() < 1e-12
+    assert abs(at.surface.normals[at.on] @ np.array(plane.normal)).max() < 1e-12
 
 
 def test_a_plane_through_vertices_cuts_at_them() -> None:
     mesh = trimesh.creation.box()
     # Quadrants of the cube's faces, so that the plane passes edges, and along others.
-    ground = Ground.of(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)[:2])
-    at = cut_half(ground, X)
-    assert at.ground.surface.areas.sum() == pytest.approx(3.0)
+    surface = Ground.of(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)[:2])
+    at = cut_half(surface, X)
+    assert at.surface.surface.areas.sum() == pytest.approx(3.0)
     (run,) = at.seams()
     assert run.closed
     # A face in the plane is left out, and its rim is the seam.
-    flush = cut_half(ground, Plane((-0.5, 0.0, 0.0)))
+    flush = cut_half(surface, Plane((-0.5, 0.0, 0.0)))
     assert flush.in_plane == 8
-    assert flush.ground.surface.areas.sum() == pytest.approx(5.0)
+    assert flush.surface.surface.areas.sum() == pytest.approx(5.0)
     assert [run.closed for run in flush.seams()] == [True]
 
 
@@ -224,19 +224,21 @@ def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
 
 
 def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
-    ground, sizes = dome(), Sizes.of(dome().diagonal)
+    surface, sizes = dome(), Sizes.of(dome().diagonal)
     at = half("dome", X)
-    network = begin_symmetry(empty(ground, sizes), at, sizes.sampling).network
+    network = begin_symmetry(empty(surface, sizes), at, sizes.sampling).network
     check_network(network)
     (one,) = seam(network)
     assert {network.chains[one].start, network.chains[one].end} == set(network.nodes)
     stroke = np.array([[np.sin(t), 0.0, np.cos(t)] for t in np.linspace(-0.3, 1.7, 60)])
-    network = insert_stroke_on_half(network, at, sizes, clean_stroke(stroke, ground, sizes)).network
+    network = insert_stroke_on_half(
+        network, at, sizes, clean_stroke(stroke, surface, sizes)
+    ).network
     check_network(network)
     assert genus(network) == 0
     assert len(network.patches) == 2
     with patterndb.open() as source:
-        found = fill_network(network, at.ground, source, 3.0 * sizes.edge)
+        found = fill_network(network, at.surface, source, 3.0 * sizes.edge)
     both = mirror_mesh(weld_fills(found), found.network, X)
     # A disk: its border is that of the dome, all around.
     mesh, rim = both.mesh, find_open_edges(both.mesh)
@@ -246,7 +248,7 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
     ends = {node for line in lines for node in (line.start, line.end)}
     on_border = np.isin(mesh.chain, [c.id for c in lines]) | np.isin(mesh.node, sorted(ends))
     assert set(rim.ravel().tolist()) <= set(np.flatnonzero(on_border).tolist())
-    off = end_symmetry(found.network, ground, sizes, X).network
+    off = end_symmetry(found.network, surface, sizes, X).network
     check_network(off)
     assert genus(off) == 0
     assert len(off.patches) == 4
@@ -258,7 +260,7 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
 def test_an_edge_from_seam_to_seam_is_told() -> None:
     at, sizes, network = quadrants(X)
     with patterndb.open() as source:
-        found = fill_network(network, at.ground, source, 3.0 * sizes.edge)
+        found = fill_network(network, at.surface, source, 3.0 * sizes.edge)
     mesh = weld_fills(found)
     assert len(mirror_mesh(mesh, found.network, X).pinched) == 0
     # The same with both ends of one edge, from the inside of a patch, put on the seam.

@@ -10,7 +10,7 @@ from retopo_cases import genus, is_drawn_within
 from symmetry_cases import TILTED, X, ball, empty, half, seam
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -108,7 +108,7 @@ def test_a_stroke_along_the_plane_is_none() -> None:
     sizes, at = Sizes.of(ball().diagonal), half("ball", X)
     t = np.linspace(0.3, 1.5, 80)
     line = np.stack([0.2 * sizes.snap * np.sin(40.0 * t), np.cos(t), np.sin(t)], axis=1)
-    stroke = GroundStroke(line, line.copy(), False)
+    stroke = SurfaceCurve(line, line.copy(), False)
     found = split_stroke(stroke, at, sizes)
     assert found.parts == ()
     assert found.along > 3
@@ -126,7 +126,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
     sizes = Sizes.of(at.whole.diagonal)
     whole = cut_half(at.whole, Plane((-9.0, 0.0, 0.0)))
 
-    def scribble() -> GroundStroke:
+    def scribble() -> SurfaceCurve:
         places = rng.normal(size=(rng.integers(2, 5), 3))
         if name == "dome":
             places[:, 2] = np.abs(places[:, 2]) + 0.1
@@ -178,21 +178,21 @@ def test_no_curve_goes_beyond_the_seam_where_one_is_drawn_along_the_border() -> 
     first = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
     one, two = [first, first + 41, first + 42], [first, first + 42, first + 1]
     triangles = np.concatenate([np.stack(one, 1), np.stack(two, 1)])
-    ground = Ground.of(np.stack([x, y, 0.0 * x], 1), triangles)
-    sizes = Sizes.of(ground.diagonal)
+    surface = Ground.of(np.stack([x, y, 0.0 * x], 1), triangles)
+    sizes = Sizes.of(surface.diagonal)
     plane = Plane.of((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-    on_half = cut_half(ground, plane)
-    network = begin_symmetry(empty(ground, sizes), on_half, sizes.sampling).network
+    on_half = cut_half(surface, plane)
+    network = begin_symmetry(empty(surface, sizes), on_half, sizes.sampling).network
     t = np.linspace(0.0, 2.0 * np.pi, 40)
     ring = np.stack([-0.82 - 0.23 * np.sin(t), 0.19 + 0.23 * np.cos(t), 0.0 * t], 1)
     ring[:, 0] = np.maximum(ring[:, 0], -1.0)
     network = insert_stroke_on_half(
-        network, on_half, sizes, clean_stroke(ring, ground, sizes, None)
+        network, on_half, sizes, clean_stroke(ring, surface, sizes, None)
     ).network
-    start = on_half.ground.nearest(np.array([[-0.75, 0.0, 0.0]]))
-    network = cut_loop(network, on_half.ground, sizes, start, (-0.8, -0.59, 0.0)).network
+    start = on_half.surface.nearest(np.array([[-0.75, 0.0, 0.0]]))
+    network = cut_loop(network, on_half.surface, sizes, start, (-0.8, -0.59, 0.0)).network
     check_network(network)
     assert is_drawn_within(network)
-    off = end_symmetry(network, ground, sizes, plane).network
+    off = end_symmetry(network, surface, sizes, plane).network
     check_network(off)
     assert len(off.patches) == 2 * len(network.patches) > 0

@@ -198,7 +198,7 @@ def test_a_loop_through_an_imported_mesh_goes_on_to_its_borders(source: PatternS
              for j in range(6) for i in range(6)]  # fmt: skip
     found = import_quads(vertices, quads)
     at, up = np.array([0.5, 0.02, 0.0]), UP
-    edit = insert_loop(found.network, found.ground, source, found.sizes, at, up)
+    edit = insert_loop(found.network, found.surface, source, found.sizes, at, up)
     assert_sound(edit.network)
     assert edit.notes and all("placed anew" in note for note in edit.notes)
     total = sum(len(choice_of(edit.network, p).faces) for p in edit.network.patches)
@@ -215,12 +215,12 @@ def test_the_nearest_edge_of_quads_is_the_nearest(source: PatternSource) -> None
         assert np.linalg.norm(at[:2] - middle) < 0.13
 
 
-def test_grounds_need_not_be_flat(source: PatternSource) -> None:
+def test_surfaces_need_not_be_flat(source: PatternSource) -> None:
     """On a ball nothing leaves it."""
     editor = drawn_octants(source)
     editor.fill()
     do(editor, "insertloop", at=[0.0, 0.6, 0.8])
     mesh = weld_fills(editor.fill())
-    ground: Ground = editor.ground
-    off = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
+    surface: Ground = editor.surface
+    off = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)
     assert off.max() < 1e-9

@@ -110,7 +110,7 @@ def test_a_pair_without_room_or_drag_stays(source: PatternSource, filled_grid: N
     three = next(iter(network.patches))
     top = sphere().nearest(np.array([[0.6, 0.6, 0.6]])).points[0]
     with pytest.raises(RefusedError, match="can move this way while its border stays"):
-        move_pair(network, editor.ground, source, editor.sizes, three, top, [0.1, 0.0, 0.0])
+        move_pair(network, editor.surface, source, editor.sizes, three, top, [0.1, 0.0, 0.0])
 
 
 def test_least_changes_keep_all_sides_and_are_no_sums(source: PatternSource) -> None:

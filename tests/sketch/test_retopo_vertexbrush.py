@@ -30,8 +30,8 @@ def grid(source: PatternSource) -> Network:
     return drawn_grid(source, 2).fill().network
 
 
-def mesh_of(network: Network, ground: Ground, source: PatternSource) -> RetopoMesh:
-    found = fill_network(network, ground, source, SIZES.edge)
+def mesh_of(network: Network, surface: Ground, source: PatternSource) -> RetopoMesh:
+    found = fill_network(network, surface, source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
     return weld_fills(found)
 
@@ -170,18 +170,18 @@ def test_what_was_bent_is_smoothed_straight_again(source: PatternSource, grid: N
 def test_on_a_ball_vertices_stay_on_it_and_those_behind_stay(source: PatternSource) -> None:
     editor = drawn_octants(source)
     found = editor.fill()
-    ground, before = editor.ground, editor.network
-    foot = ground.nearest(np.array([[0.1, 0.2, 1.0]]))
+    surface, before = editor.surface, editor.network
+    foot = surface.nearest(np.array([[0.1, 0.2, 1.0]]))
     sizes = replace(editor.sizes, brush=2.5)
     at, up = foot.points[0], foot.normals[0]
     former = weld_fills(found)
-    to = ground.nearest((at + np.array([0.1, 0.0, 0.0]))[None]).points[0]
-    edits = [drag_vertices(before, ground, source, sizes, at, up, to)]
-    edits.append(relax_vertices(edits[0].network, ground, source, sizes, at, up))
+    to = surface.nearest((at + np.array([0.1, 0.0, 0.0]))[None]).points[0]
+    edits = [drag_vertices(before, surface, source, sizes, at, up, to)]
+    edits.append(relax_vertices(edits[0].network, surface, source, sizes, at, up))
     for edit in edits:
         assert_kept(before, edit)
-        mesh = mesh_of(edit.network, ground, source)
-        off = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
+        mesh = mesh_of(edit.network, surface, source)
+        off = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)
         assert off.max() < 1e-9
         behind = (former.normals @ up < -0.1) & (former.chain < 0)
         assert np.array_equal(mesh.vertices[behind], former.vertices[behind])
@@ -259,16 +259,16 @@ def test_an_imported_mesh_keeps_all_its_other_vertices(source: PatternSource) ->
     sizes = replace(found.sizes, brush=0.3)
     former = weld_fills(found.filled)
     edit = drag_vertices(
-        found.network, found.ground, source, sizes, at, UP, at + np.array([0.05, 0.02, 0])
+        found.network, found.surface, source, sizes, at, UP, at + np.array([0.05, 0.02, 0])
     )
-    mesh = mesh_of(edit.network, found.ground, source)
+    mesh = mesh_of(edit.network, found.surface, source)
     rim = np.abs(former.vertices[:, :2] - 0.5).max(axis=1) > 0.5 - 1e-9
     wanted = former.vertices + shares(former.vertices, at, 0.3) * [0.05, 0.02, 0] * ~rim[:, None]
     assert np.allclose(mesh.vertices, wanted, atol=1e-9)
     # On a border they slide along it alone, and its corners stay.
     edge = np.array([0.45, 0.0, 0.0])
-    slid = relax_vertices(found.network, found.ground, source, sizes, edge, UP, rounds=1)
-    mesh = mesh_of(slid.network, found.ground, source)
+    slid = relax_vertices(found.network, found.surface, source, sizes, edge, UP, rounds=1)
+    mesh = mesh_of(slid.network, found.surface, source)
     on = np.flatnonzero(
         (former.vertices[:, 1] == 0.0) & (mesh.vertices != former.vertices).any(axis=1)
     )

@@ -33,10 +33,10 @@ def open_retopo(folder: Path, source: PatternSource) -> Any:
     if path.exists():
         editor.restore(read_session(path).state)
     files.autosave = autosave_session(
-        editor.ground, editor.state, session=path, base=files.known.digest(path)
+        editor.surface, editor.state, session=path, base=files.known.digest(path)
     )
     state = RetopoState(editor, files=files)
-    state.message = files.find_lost(editor.ground)
+    state.message = files.find_lost(editor.surface)
     return RetopoSaver(state, files, SIZE)
 
 

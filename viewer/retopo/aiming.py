@@ -13,7 +13,7 @@ from patterndb.geometry.strips import pair_edges, trace_strips_at
 from patterndb_sketch.retopo.editor import Call
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import RetopoMesh, find_strip
-from patterndb_sketch.retopo.ground import GroundPoints
+from patterndb_sketch.retopo.ground import SurfacePoints
 from patterndb_sketch.retopo.tool import SNAP, ToolWork
 from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.nearness import CHAIN_REACH, CLICK
@@ -68,13 +68,13 @@ Held = Literal["view", "line", "plane", "drag", "click"]
 
 
 class ToolPointer:
-    """A tool in use over a network on a ground.
+    """A tool in use over a network on a surface.
 
     mode: what the left button does. choice: which completion is shown, 0 for the largest.
     options: of tools, as they were set. held: what the pointer drags, from where it was pressed,
-    and whether it has strayed from there. foot: the point of the ground under the pointer. line:
-    what is being drawn, on the ground. preview: what would come of it. strips_shown: are the strips
-    of quads shown that pass the pointer?
+    and whether it has strayed from there. foot: the point of the surface under the pointer. line:
+    what is being drawn, on the surface. preview: what would come of it. strips_shown: are the
+    strips of quads shown that pass the pointer?
     """
 
     def __init__(self, editing: RetopoEditing, camera: RetopoCamera) -> None:
@@ -88,7 +88,7 @@ class ToolPointer:
         self.held: Held | None = None
         self.pressed: tuple[float, float] | None = None
         self.strayed = False
-        self.foot: GroundPoints | None = None
+        self.foot: SurfacePoints | None = None
         self.line: list[Points] = []
         self.preview: Preview | None = None
         self.strips_shown = True
@@ -163,7 +163,7 @@ class ToolPointer:
             return []
         feet = [foot]
         if self.held == "line" and self.line:
-            feet.append(self.editing.ground.nearest(self.line[0][None]))
+            feet.append(self.editing.surface.nearest(self.line[0][None]))
         found = [self._picker.end(self.editing.network, one, self.reach) for one in feet]
         return [at for at in found if at is not None]
 
@@ -307,7 +307,7 @@ class ToolPointer:
 
     def point_at(self, x: float, y: float) -> None:
         self.camera.pointer = (x, y)
-        self.foot = pick_foot(self.camera.view, self.editing.ground, x, y)
+        self.foot = pick_foot(self.camera.view, self.editing.surface, x, y)
 
     def tell_options(self, mode: ToolMode | None = None) -> dict[str, object]:
         """The arguments that options stand for; those at their defaults say nothing."""
@@ -325,7 +325,7 @@ class ToolPointer:
             given[SNAP] = self.reach
         return given
 
-    def tell_ends(self, begun: Points, foot: GroundPoints) -> dict[str, object]:
+    def tell_ends(self, begun: Points, foot: SurfacePoints) -> dict[str, object]:
         """The places that a drag gives: where it began, and a foot."""
         first, second = self.mode.places
         return {first: begun.tolist(), second: foot.points[0].tolist()}
@@ -333,11 +333,11 @@ class ToolPointer:
     def find_plane(
         self, begin: tuple[float, float], end: tuple[float, float]
     ) -> tuple[Points, Points, float] | None:
-        """The plane through a line across the view: a point (3,) of it on the ground, its normal,
-        and the limit of its cut; None if the line passes no ground."""
+        """The plane through a line across the view: a point (3,) of it on the surface, its normal,
+        and the limit of its cut; None if the line passes no surface."""
         if np.hypot(end[0] - begin[0], end[1] - begin[1]) < CLICK:
             return None
-        met = pick_line(self.camera.view, self.editing.ground, begin, end)
+        met = pick_line(self.camera.view, self.editing.surface, begin, end)
         if not len(met):
             return None
         normal, limit = plane_of_line(

@@ -23,7 +23,7 @@ from viewer.skin import Skin
 #: A point this near to a quad, in median edges, is on it.
 ON = 0.75
 
-#: What of the ground is this near to a quad, in median edges, is below it: coarse quads are far
+#: What of the surface is this near to a quad, in median edges, is below it: coarse quads are far
 #: from what is round.
 UNDER = 1.5
 
@@ -49,7 +49,7 @@ class NetworkBody:
     irregular: (k,) int32 vertices not of 4 quads, but for those on open borders; valences: (k,).
     rim:     (k,) int32, one of the patches around each.
     edge:    median length of an edge, 0 without quads.
-    under:   (v,) int32, the patch that lies on each vertex of the ground, -1 for none.
+    under:   (v,) int32, the patch that lies on each vertex of the surface, -1 for none.
     """
 
     mesh: RetopoMesh
@@ -70,8 +70,8 @@ class NetworkBody:
     _sound: NDArray[np.int64]
 
     @classmethod
-    def made_of(cls, found: FilledNetwork, ground: Ground, mesh: RetopoMesh) -> NetworkBody:
-        """Of a filled network on a ground; mesh: all its quads, with their images if there are
+    def made_of(cls, found: FilledNetwork, surface: Ground, mesh: RetopoMesh) -> NetworkBody:
+        """Of a filled network on a surface; mesh: all its quads, with their images if there are
         any."""
         quads, at = mesh.quads, mesh.vertices
         # Along the shorter diagonal: a bent quad is nearer to the surface so.
@@ -108,7 +108,7 @@ class NetworkBody:
         skin = Skin(at[cut], mesh.normals[cut])
         area = np.cross(at[cut[:, 1]] - at[cut[:, 0]], at[cut[:, 2]] - at[cut[:, 0]])
         sound = np.flatnonzero(np.linalg.norm(area, axis=1) > 0.0)
-        surface = Surface.from_arrays(at, cut[sound]) if len(sound) else None
+        cover = Surface.from_arrays(at, cut[sound]) if len(sound) else None
         return cls(
             mesh,
             skin,
@@ -123,23 +123,23 @@ class NetworkBody:
             valences,
             around[wrong],
             edge,
-            _under(ground, surface, owner[sound], edge),
-            surface,
+            _under(surface, cover, owner[sound], edge),
+            cover,
             sound,
         )
 
     def patch_at(self, point: Points) -> int | None:
-        """The patch whose quads a point (3,) of the ground is on."""
+        """The patch whose quads a point (3,) of the surface is on."""
         found = self._find_triangle(point)
         return None if found is None else int(self.owner[found])
 
     def quad_at(self, point: Points) -> int | None:
-        """The quad of the mesh that a point (3,) of the ground is on."""
+        """The quad of the mesh that a point (3,) of the surface is on."""
         found = self._find_triangle(point)
         return None if found is None else found // 2
 
     def _find_triangle(self, point: Points) -> int | None:
-        """Which triangle of a quad a point (3,) of the ground is on."""
+        """Which triangle of a quad a point (3,) of the surface is on."""
         if self._surface is None:
             return None
         triangle, weights = self._surface.located(point[None])
@@ -158,19 +158,19 @@ def _flipped(found: FilledNetwork, count: int) -> NDArray[np.bool_]:
     return np.resize(flags, count)
 
 
-def _under(ground: Ground, surface: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
-    """See :class:`NetworkBody`; owner: of the surface's triangles."""
-    under = np.full(len(ground.vertices), -1, np.int32)
-    if surface is None:
+def _under(surface: Ground, cover: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
+    """See :class:`NetworkBody`; owner: of its triangles."""
+    under = np.full(len(surface.vertices), -1, np.int32)
+    if cover is None:
         return under
     reach = UNDER * edge
-    low, high = surface.vertices.min(axis=0) - reach, surface.vertices.max(axis=0) + reach
-    near = ((ground.vertices >= low) & (ground.vertices <= high)).all(axis=1)
+    low, high = cover.vertices.min(axis=0) - reach, cover.vertices.max(axis=0) + reach
+    near = ((surface.vertices >= low) & (surface.vertices <= high)).all(axis=1)
     near = np.flatnonzero(near)
-    triangle, weights = surface.located(ground.vertices[near])
-    feet = surface.at(triangle, weights)
-    away = np.linalg.norm(feet.points - ground.vertices[near], axis=1)
-    agree = np.einsum("nc,nc->n", feet.normals, ground.normals[near]) > 0.0
+    triangle, weights = cover.located(surface.vertices[near])
+    feet = cover.at(triangle, weights)
+    away = np.linalg.norm(feet.points - surface.vertices[near], axis=1)
+    agree = np.einsum("nc,nc->n", feet.normals, surface.normals[near]) > 0.0
     # What lies off the rim of all quads is nearest to an edge of theirs.
     inside = (away <= reach) & agree & ((weights.min(axis=1) > 1e-6) | (away < RIM * edge))
     under[near[inside]] = owner[triangle[inside]]

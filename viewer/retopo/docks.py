@@ -148,7 +148,7 @@ class RetopoWindow(ShellWindow):
         name = "target edge" if mode.brush == "edge" else "radius of snapping"
         name = "brush" if mode.given_as else name
         value = state.sizes.edge if mode.brush == "edge" else state.tool.brush
-        share = 100.0 * value / state.ground.diagonal
+        share = 100.0 * value / state.surface.diagonal
         self.brush.setText(f"{name}: {share:.1f} %   [ ]" if mode.brush else "no brush")
 
     def _add_rows(self, mode: ToolMode) -> None:

@@ -31,7 +31,7 @@ from viewer.retopo.body import NetworkBody
 class Shown:
     """What there is to see: curves as they are, and the quads that are known.
 
-    work:   the state, and the ground that tools work on.
+    work:   the state, and the surface that tools work on.
     filled: of this state, or of one before while new quads are made (``fresh`` is False).
     body:   the quads of ``filled``, to be drawn; plane: of symmetry, that they were made for.
     undoable, redoable: steps.
@@ -88,7 +88,7 @@ class EditorWorker:
         self._stoppable = Stoppable()
         self.lists = FillLists(self.worker)
         empty = FilledNetwork(editor.network, {})
-        body = NetworkBody.made_of(empty, editor.ground, editor.mesh(empty))
+        body = NetworkBody.made_of(empty, editor.surface, editor.mesh(empty))
         self.shown = self._now(empty, body, editor.state.plane, not editor.network.patches)
         self._first: Future[None] | None = None
         if editor.network.patches:
@@ -99,7 +99,7 @@ class EditorWorker:
         self._asked.append((call, self.worker.submit(self._obey, call)))
 
     def begin(self, state: State) -> None:
-        """Begin from another state on the same ground; nothing can be undone."""
+        """Begin from another state on the same surface; nothing can be undone."""
         self.wait()
         self._first = self.worker.submit(self._restore, state)
 
@@ -176,7 +176,7 @@ class EditorWorker:
     def _fill(self) -> None:
         editor = self._editor
         found = editor.fill()
-        body = NetworkBody.made_of(found, editor.ground, editor.mesh(found))
+        body = NetworkBody.made_of(found, editor.surface, editor.mesh(found))
         self.shown = self._now(found, body, editor.state.plane, True)
 
     def _now(
@@ -184,7 +184,7 @@ class EditorWorker:
     ) -> Shown:
         """The editor as it is."""
         editor = self._editor
-        work = ToolWork(editor.state, editor.ground_now, editor.source, editor.half)
+        work = ToolWork(editor.state, editor.surface_now, editor.source, editor.half)
         return Shown(work, filled, body, plane, fresh, editor.undoable, editor.redoable)
 
 
@@ -275,12 +275,12 @@ class RetopoFiles(Protocol):
     """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
     what is to be found after a crash, or says why it cannot. Else OSError as writing does.
 
-    lost: what a crash left, on the same ground; None if it left nothing."""
+    lost: what a crash left, on the same surface; None if it left nothing."""
 
     lost: State | None
 
-    def save_session(self, ground: Ground, state: State) -> str: ...
-    def read_again(self, ground: Ground) -> State: ...
+    def save_session(self, surface: Ground, state: State) -> str: ...
+    def read_again(self, surface: Ground) -> State: ...
     def save_mesh(self, mesh: RetopoMesh) -> str: ...
     def save_script(self, calls: tuple[Call, ...]) -> str: ...
     def tick(self, state: State) -> str: ...
@@ -295,7 +295,7 @@ class RetopoEditing:
     """
 
     def __init__(self, editor: Editor, files: RetopoFiles | None) -> None:
-        self.ground = editor.ground
+        self.surface = editor.surface
         self.message = ""
         self.files = files
         bare = all(chain.marked for chain in editor.network.chains.values())
@@ -391,7 +391,7 @@ class RetopoEditing:
     def save_session(self) -> bool:
         """Save the session; False if that cannot be."""
         state = self.shown.state
-        done = self._save("sessions", lambda files: files.save_session(self.ground, state))
+        done = self._save("sessions", lambda files: files.save_session(self.surface, state))
         if done:
             self._saved = state
         return done
@@ -402,7 +402,7 @@ class RetopoEditing:
         if self.files is None:
             self.message = "sessions cannot be read here"
             return
-        found = self.files.read_again(self.ground)
+        found = self.files.read_again(self.surface)
         self.work.begin(found)
         self._saved = found
         self.calls = None

@@ -62,7 +62,7 @@ LIGHTER = 0.25
 
 def measure_lift(state: RetopoState) -> float:
     """Measure how much nearer than they are curves are drawn, in points."""
-    own = LIFT_POINTS + LIFT * state.ground.diagonal * state.camera.view.scale
+    own = LIFT_POINTS + LIFT * state.surface.diagonal * state.camera.view.scale
     if state.quads_shown:
         own += QUAD_LIFT * state.shown.body.edge * state.camera.view.scale
     return own
@@ -83,7 +83,7 @@ def draw_quads(
     gone = np.fromiter(stale, np.int64, len(stale))
     kept = ~np.isin(body.owner, gone)
     corners, normals = body.skin.corners[kept], body.skin.normals[kept]
-    lift = LIFT * state.ground.diagonal + QUAD_LIFT * body.edge
+    lift = LIFT * state.surface.diagonal + QUAD_LIFT * body.edge
     # What faces away is behind the surface, not before it: sheets may be thin.
     away = normals.mean(axis=1) @ view.axes[2] < 0.0
     raised = corners + np.where(away, -lift, lift)[:, None, None] * view.axes[2]
@@ -158,7 +158,7 @@ class RetopoPainter:
         self._kept: list[Triangles] = []
         self._sunk: tuple[object, ...] = ()
         self._made = NOTHING
-        self._ground_paint, self._quad_paint = paint.KeptDensity(), paint.KeptDensity()
+        self._surface_paint, self._quad_paint = paint.KeptDensity(), paint.KeptDensity()
 
     def compose(
         self, state: RetopoState, width: float, height: float, *, axes: bool = False
@@ -166,7 +166,7 @@ class RetopoPainter:
         """The picture of so many points; axes: with those of space in a corner."""
         frame = Frame.of(state.camera, width, height)
         scene, middle = frame.scene, frame.middle
-        model = self._ground(state, middle)
+        model = self._surface(state, middle)
         solid = frame.solid([*self._network(state), *_pointed(state)], model)
         _line(scene, state, middle)
         if state.tool.mode.gesture == "count":
@@ -175,7 +175,7 @@ class RetopoPainter:
             draw_axes(scene, state.camera.view.axes, state.camera.upright)
         return frame.drawn(solid)
 
-    def _ground(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
+    def _surface(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
         """The surface; what is below quads is deeper than it is, lest it should come through, and
         the half that is only an image is darker."""
         seen, colours = self._shading.model(
@@ -196,16 +196,16 @@ class RetopoPainter:
             if sunken:
                 under = shown.body.under
                 gone = np.fromiter(shown.stale(), np.int64)
-                below = ((under >= 0) & ~np.isin(under, gone))[state.ground.triangles]
+                below = ((under >= 0) & ~np.isin(under, gone))[state.surface.triangles]
                 deeper = seen.copy()
                 deeper[..., 2] -= SINK * shown.body.edge * state.camera.view.scale * below
             if plane is not None:
-                beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
+                beyond = (plane.heights(state.surface.vertices) < 0.0)[state.surface.triangles]
                 darker = np.where(beyond[..., None], np.float32(DARKER) * colours, colours)
             if painted:
-                ground = state.ground
-                value = self._ground_paint.at(density, ground.vertices, ground.normals)
-                darker = paint.tint(darker, value[ground.triangles])
+                surface = state.surface
+                value = self._surface_paint.at(density, surface.vertices, surface.normals)
+                darker = paint.tint(darker, value[surface.triangles])
             self._made = deeper, darker
         return self._made
 
@@ -270,7 +270,7 @@ def _curves(state: RetopoState) -> list[Triangles]:
         parts.append(make_ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))
     flows = [flow.points for patch in network.patches.values() for flow in filling_of(patch).flows]
     for line in flows:
-        up = state.ground.nearest(line).normals @ view.axes[2] > AWAY
+        up = state.surface.nearest(line).normals @ view.axes[2] > AWAY
         for part in cut_runs(view.seen(line), up | through):
             parts.append(make_ribbons(dash_line(part, DASH), FLOW, 2.4, lift + 0.5))
     return parts + make_node_marks(network, view, lift + 1.5, through=through)
@@ -335,7 +335,7 @@ def _strips(state: RetopoState, view: View, lift: float) -> list[Triangles]:
     """The strands of quads through the pointer, each in a colour of its own."""
     parts: list[Triangles] = []
     for line, colour in zip(state.tool.strips_under(), style.STRANDS, strict=False):
-        up = state.ground.nearest(line).normals @ view.axes[2] > AWAY
+        up = state.surface.nearest(line).normals @ view.axes[2] > AWAY
         for run in cut_runs(view.seen(line), up | _through(state)):
             parts.append(make_ribbons([run], style.PAPER, STRAND_WIDTH + 2.0, lift + 0.6))
             parts.append(make_ribbons([run], colour, STRAND_WIDTH, lift + 1.2))
@@ -365,7 +365,7 @@ def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> No
     up = np.stack([chain.normals[len(chain.normals) // 2] for chain in chains])
     shown = np.ones(len(chains), np.bool_)
     if not _through(state):
-        shown = (up @ view.axes[2] > AWAY) & find_visible(view, state.ground, places)
+        shown = (up @ view.axes[2] > AWAY) & find_visible(view, state.surface, places)
     meant = set(state.tool.chains_meant())
     seen = view.seen(places)[:, :2] + np.array(middle)
     inside = (seen > 0.0).all(axis=1) & (seen[:, 0] < 2.0 * middle[0] - 12.0)

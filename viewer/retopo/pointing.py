@@ -1,4 +1,4 @@
-"""What is seen at a place of the picture: the ground, curves on it, and their ends."""
+"""What is seen at a place of the picture: the surface, curves on it, and their ends."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -28,51 +28,51 @@ STEP = 3.0
 BENEATH = 0.004
 
 
-def pick_ground(
-    view: View, ground: Ground, places: ArrayLike
-) -> tuple[GroundPoints, NDArray[np.bool_]]:
-    """Pick the front-most points of the ground at places (n, 2) of the picture, in points from its
-    middle, and (n,) whether there are any; the others are some points of the ground."""
+def pick_surface(
+    view: View, surface: Ground, places: ArrayLike
+) -> tuple[SurfacePoints, NDArray[np.bool_]]:
+    """Pick the front-most points of the surface at places (n, 2) of the picture, in points from its
+    middle, and (n,) whether there are any; the others are some points of the surface."""
     toward = view.axes[2]
     at = np.asarray(places, np.float64).reshape(-1, 2)
     on = view.focus + at @ view.axes[:2] / view.scale
-    box = np.stack([ground.vertices.min(axis=0), ground.vertices.max(axis=0)])
-    reach = 1.01 * ground.diagonal + float(np.abs((box.mean(axis=0) - view.focus) @ toward))
-    triangle, weights = ground.surface.mesh.cast_along(
+    box = np.stack([surface.vertices.min(axis=0), surface.vertices.max(axis=0)])
+    reach = 1.01 * surface.diagonal + float(np.abs((box.mean(axis=0) - view.focus) @ toward))
+    triangle, weights = surface.surface.mesh.cast_along(
         on + reach * toward,
         np.tile(toward, (len(at), 1)),
         np.full(len(at), 2.0 * reach),
     )
     found = triangle >= 0
-    return ground.at(np.where(found, triangle, 0).astype(np.int32), weights), found
+    return surface.at(np.where(found, triangle, 0).astype(np.int32), weights), found
 
 
-def pick_foot(view: View, ground: Ground, x: float, y: float) -> GroundPoints | None:
-    """Pick the front-most point of the ground at a place of the picture, as one foot."""
-    feet, found = pick_ground(view, ground, [[x, y]])
+def pick_foot(view: View, surface: Ground, x: float, y: float) -> SurfacePoints | None:
+    """Pick the front-most point of the surface at a place of the picture, as one foot."""
+    feet, found = pick_surface(view, surface, [[x, y]])
     return feet if found[0] else None
 
 
 def pick_line(
-    view: View, ground: Ground, last: tuple[float, float], now: tuple[float, float]
+    view: View, surface: Ground, last: tuple[float, float], now: tuple[float, float]
 ) -> Points:
-    """Pick (k, 3) points of the ground along the pointer's way from one place to another, the last
+    """Pick (k, 3) points of the surface along the pointer's way from one place to another, the last
     place included and the first not."""
     steps = max(1, round(float(np.hypot(now[0] - last[0], now[1] - last[1])) / STEP))
     share = (np.arange(1, steps + 1) / steps)[:, None]
-    feet, found = pick_ground(
-        view, ground, np.array(last) + share * (np.array(now) - np.array(last))
+    feet, found = pick_surface(
+        view, surface, np.array(last) + share * (np.array(now) - np.array(last))
     )
     return feet.points[found]
 
 
-def find_visible(view: View, ground: Ground, points: Points) -> NDArray[np.bool_]:
-    """Find (n,) which of points (n, 3) near the ground it does not hide."""
+def find_visible(view: View, surface: Ground, points: Points) -> NDArray[np.bool_]:
+    """Find (n,) which of points (n, 3) near the surface it does not hide."""
     if not len(points):
         return np.zeros(0, np.bool_)
-    feet, found = pick_ground(view, ground, view.seen(points)[:, :2])
+    feet, found = pick_surface(view, surface, view.seen(points)[:, :2])
     before = (feet.points - points) @ view.axes[2]
-    return ~found | (before <= BENEATH * ground.diagonal)
+    return ~found | (before <= BENEATH * surface.diagonal)
 
 
 @dataclass(slots=True)
@@ -89,7 +89,7 @@ class NetworkPicker:
         return self._samples
 
     def chain(
-        self, network: Network, foot: GroundPoints, reach: float
+        self, network: Network, foot: SurfacePoints, reach: float
     ) -> tuple[int, Points] | None:
         """The curve within a reach of a foot, and its point (3,) that is nearest."""
         found = find_nearest_place(self.of(network), foot.points[0], foot.normals[0], reach)
@@ -99,13 +99,13 @@ class NetworkPicker:
             else (found.chain, find_chain_point(network, found.chain, found.place))
         )
 
-    def node(self, network: Network, foot: GroundPoints, reach: float) -> Points | None:
+    def node(self, network: Network, foot: SurfacePoints, reach: float) -> Points | None:
         """(3,) the node within a reach of a foot that is nearest."""
         valences = range(1, MOST_ENDS)
         node = find_nearest_node(network, foot.points[0], foot.normals[0], reach, valences)
         return None if node is None else node.point
 
-    def end(self, network: Network, foot: GroundPoints, snap: float) -> Points | None:
+    def end(self, network: Network, foot: SurfacePoints, snap: float) -> Points | None:
         """(3,) where an end of a stroke at a foot snaps to."""
         point, normal = foot.points[0], foot.normals[0]
         found = find_end(network, self.of(network), point, normal, snap)
@@ -162,13 +162,13 @@ FOOT, DOWN = 0.02, 0.95
 BASE, MORE = 0.05, 3.0
 
 
-def find_upright(ground: Ground) -> str:
+def find_upright(surface: Ground) -> str:
     """Find the axis, y or z, that a surface seems to stand along: z if it is flat at its lower end
     there and not along y. Most that were modelled stand along y, and some that were measured along
     z."""
-    corners = ground.vertices[ground.triangles]
+    corners = surface.vertices[surface.triangles]
     area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    low, high = ground.vertices.min(axis=0), ground.vertices.max(axis=0)
+    low, high = surface.vertices.min(axis=0), surface.vertices.max(axis=0)
     size = np.linalg.norm(area, axis=1)
 
     def base(axis: int) -> float:

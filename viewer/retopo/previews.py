@@ -21,7 +21,7 @@ from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import divide_chain
-from patterndb_sketch.retopo.ground import GroundPoints
+from patterndb_sketch.retopo.ground import SurfacePoints
 from patterndb_sketch.retopo.network import Network, find_nearest_place, take_samples
 from patterndb_sketch.retopo.tool import ToolWork
 from patterndb_sketch.retopo.tools.autocomplete import find_completions
@@ -44,7 +44,7 @@ def find_nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> 
     return 4 * int(which[quad]) + k
 
 
-#: A vertex is where it was if it moves by less than this part of the ground's diagonal: placing
+#: A vertex is where it was if it moves by less than this part of the surface's diagonal: placing
 #: a patch again gives the same within rounding, and less is not seen.
 STILL = 1e-4
 
@@ -68,13 +68,13 @@ class Preview:
     quads: Points | None = None
 
 
-def preview_completion(work: ToolWork, foot: GroundPoints, radius: float, number: int) -> Preview:
+def preview_completion(work: ToolWork, foot: SurfacePoints, radius: float, number: int) -> Preview:
     """Preview a patch that could be completed around a foot; number: which of them, from 0 on, the
     last if there are not so many."""
     network, point = work.network, foot.points[0]
     sizes = replace(work.state.sizes, autocompletion=radius)
     try:
-        found = find_completions(network, work.ground, point, foot.normals[0], sizes)
+        found = find_completions(network, work.surface, point, foot.normals[0], sizes)
         if not found:
             return Preview(network, point)
         number = min(number, len(found) - 1)
@@ -90,18 +90,18 @@ def preview_spine_outline(work: ToolWork, line: Points, width: float) -> Preview
     network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
     try:
         stroke = work.clean_stroke_here(line, "the spine", False)
-        found = preview_spine(network, work.ground, stroke, sizes)
+        found = preview_spine(network, work.surface, stroke, sizes)
         return Preview(network, line[-1], tuple(found.curves(sizes)))
     except PatternDBError as error:
         return Preview(network, line[-1], refused=str(error))
 
 
 def preview_cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
-    """Preview the curve in which a plane through a point (3,) cuts the ground."""
+    """Preview the curve in which a plane through a point (3,) cuts the surface."""
     network = work.network
     try:
         start = work.find_foot(point)
-        stroke = preview_loop(work.ground, work.state.sizes, start, normal, limit)
+        stroke = preview_loop(work.surface, work.state.sizes, start, normal, limit)
     except PatternDBError as error:
         return Preview(network, point, refused=str(error))
     line = stroke.points
@@ -116,14 +116,14 @@ def preview_pull(work: ToolWork, begun: Points, point: Points) -> Preview:
     try:
         start, end = work.find_foot(begun), work.find_foot(point)
         at = find_held(network, sizes, start.points[0], start.normals[0])
-        made = pull_held(network, work.ground, sizes, at, end.points[0], end.normals[0]).network
+        made = pull_held(network, work.surface, sizes, at, end.points[0], end.normals[0]).network
     except PatternDBError as error:
         return Preview(network, point, refused=str(error))
     moved = [c.round for k, c in made.chains.items() if network.chains.get(k) is not c]
     return Preview(network, point, tuple(moved))
 
 
-def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
+def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: SurfacePoints) -> Preview:
     """Preview where a loop would run that is inserted at a foot, along a strip of a mesh."""
     network, point = work.network, foot.points[0]
     near = find_nearest_place(take_samples(network), point, foot.normals[0], work.state.sizes.snap)
@@ -137,7 +137,7 @@ def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) 
             point = ends[[first, first + 1]].mean(axis=0)
             which = np.arange(len(mesh.quads), dtype=np.int32)
         else:
-            patch = find_patch(network, work.ground, point)
+            patch = find_patch(network, work.surface, point)
             which = np.flatnonzero(mesh.patch == patch).astype(np.int32)
     except PatternDBError:
         return Preview(network, point)
@@ -162,7 +162,7 @@ def preview_call(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Pr
             chains = {half >> 1 for half in patch.loop}
             if same and all(after.chains[c] is network.chains.get(c) for c in chains):
                 continue
-            after, placed = fill_patch(after, work.ground, work.source, number)
+            after, placed = fill_patch(after, work.surface, work.source, number)
             found.append(placed.vertices[placed.quads])
     except PatternDBError as error:
         return Preview(network, at, refused=str(error))
@@ -170,7 +170,7 @@ def preview_call(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Pr
         return Preview(network, at)
     quads = np.concatenate(found)
     away, _ = KDTree(mesh.vertices).query(quads)
-    moved = (away > STILL * work.ground.diagonal).any(axis=1)
+    moved = (away > STILL * work.surface.diagonal).any(axis=1)
     return Preview(network, at, quads=quads[moved])
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from viewer.camera import ViewerState
@@ -31,7 +31,7 @@ PAINTING = "density"
 
 
 class RetopoState(ViewerState[RetopoCamera]):
-    """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
+    """A network on a surface, tools in use on it, and how it is looked at: what a mouse and a clock
     make of them.
 
     files: for keys that save. editing: what is asked of the editor. camera:
@@ -41,13 +41,13 @@ class RetopoState(ViewerState[RetopoCamera]):
 
     def __init__(self, editor: Editor, *, files: RetopoFiles | None = None) -> None:
         self.editing = RetopoEditing(editor, files)
-        camera = RetopoCamera(editor.ground.vertices, find_upright(editor.ground))
+        camera = RetopoCamera(editor.surface.vertices, find_upright(editor.surface))
         super().__init__(camera, self.editing)
         self.tool = ToolPointer(self.editing, camera)
         self.quads_shown = self.curves_shown = True
         self._tool_kept: ToolMode | None = None
-        corners = editor.ground.vertices[editor.ground.triangles]
-        self.skin = Skin.of(corners, editor.ground.triangles)
+        corners = editor.surface.vertices[editor.surface.triangles]
+        self.skin = Skin.of(corners, editor.surface.triangles)
 
     def close(self) -> None:
         """Wait until nothing is being made any more."""
@@ -55,9 +55,9 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.editing.close()
 
     @property
-    def ground(self) -> Ground:
+    def surface(self) -> Ground:
         """What is drawn on."""
-        return self.editing.ground
+        return self.editing.surface
 
     @property
     def shown(self) -> Shown:
@@ -293,7 +293,7 @@ class RetopoState(ViewerState[RetopoCamera]):
             return True
         self.tool.point_at(x, y)
         if self.tool.held == "line" and last is not None:
-            self.tool.line.extend(pick_line(self.camera.view, self.ground, last, (x, y)))
+            self.tool.line.extend(pick_line(self.camera.view, self.surface, last, (x, y)))
         self.tool.seek()
         return True
 
@@ -381,15 +381,15 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.tool.seek()
 
     def _drawn(self, line: list[Points]) -> None:
-        """A line was drawn on the ground."""
+        """A line was drawn on the surface."""
         if len(line) < 2:
             self.message = "draw on the surface"
             return
         given = self.tool.tell_arguments() | {self.tool.mode.places[0]: np.stack(line).tolist()}
         self.editing.do(self.tool.mode.tool, **given)
 
-    def _click(self, foot: GroundPoints | None) -> None:
-        """A click on the ground."""
+    def _click(self, foot: SurfacePoints | None) -> None:
+        """A click on the surface."""
         mode = self.tool.mode
         if foot is None:
             self.message = "point at the surface"
@@ -435,7 +435,7 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.editing.do("autocomplete", **given)
 
     def _dragged(self, begun: Points, still: bool) -> None:
-        """Something was dragged from one point of the ground to another, or clicked."""
+        """Something was dragged from one point of the surface to another, or clicked."""
         mode, foot = self.tool.mode, self.tool.foot
         if foot is None:
             self.message = "let go on the surface"

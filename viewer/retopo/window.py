@@ -76,11 +76,11 @@ def show(
     name = Path(said.surface).name
     files = RetopoWriter(folder, session, script, said, write_mesh, None, known)
     files.autosave = autosave_session(
-        editor.ground, editor.state, session=session, folder=folder, name=name,
+        editor.surface, editor.state, session=session, folder=folder, name=name,
         base="" if session is None else files.known.digest(session),
     )  # fmt: skip
     state = RetopoState(editor, files=files)
-    state.message = files.find_lost(editor.ground)
+    state.message = files.find_lost(editor.surface)
     from viewer.retopo.docks import RetopoWindow
     from viewer.shell.opening import open_window
 
@@ -154,19 +154,19 @@ class RetopoWriter(SessionWriter[State, State]):
         self._ends_with_script = script is not None
         self._write_mesh = write_mesh
 
-    def find_lost(self, ground: Ground) -> str:
-        """Read what a crash left of work on a ground, and say so; "" if it left nothing."""
+    def find_lost(self, surface: Ground) -> str:
+        """Read what a crash left of work on a surface, and say so; "" if it left nothing."""
 
         def read(path: Path) -> State | str:
             kept = read_session(path)
-            return kept.state if kept.ground.is_same(ground) else (
+            return kept.state if kept.surface.is_same(surface) else (
                 f"of another surface, {kept.name or 'unnamed'}; rename it to end in .retopo, and "
                 "give it as --session to go on from it"
             )  # fmt: skip
 
         return self.find_recovery(read)
 
-    def read_again(self, ground: Ground) -> State:
+    def read_again(self, surface: Ground) -> State:
         """Read the session that is in the file by now; InvalidRetopoError if it is of another
         surface."""
         path = self.session_path
@@ -174,17 +174,17 @@ class RetopoWriter(SessionWriter[State, State]):
             raise InvalidRetopoError("there is no session to be read: none was saved yet")
         self.known.note(path)
         kept = read_session(path)
-        if not kept.ground.is_same(ground):
+        if not kept.surface.is_same(surface):
             raise InvalidRetopoError(
                 f"{path} is of another surface by now, {kept.name or 'unnamed'}: open it in "
                 "another window"
             )
         return kept.state
 
-    def save_session(self, ground: Ground, state: State) -> str:
+    def save_session(self, surface: Ground, state: State) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("retopo", ".retopo")
-        kept = RetopoSession(ground, state, Path(self._begun.surface).name)
+        kept = RetopoSession(surface, state, Path(self._begun.surface).name)
         self.replace_session(path, lambda: write_session(path, kept))
         self.note_saved(state, path)
         return f"saved {path}"

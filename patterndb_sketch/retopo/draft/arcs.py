@@ -52,7 +52,7 @@ def find_arcs(field: CrossField, starts: Starts, edge: float) -> list[Arc]:
     if not len(starts):
         return []
     mesh = field.mesh
-    longest = LONGEST * mesh.ground.diagonal
+    longest = LONGEST * mesh.surface.diagonal
     traced = trace_lines(field, starts, LineSegments.none(), 0, longest, stopping=False)
     directions = np.array(
         [mesh.lift(int(f), float(a)) for f, a in zip(starts.triangle, starts.angle, strict=True)]
@@ -89,7 +89,7 @@ def _find_meetings(
 ) -> list[tuple[float, int, int]]:
     """Pairs of starts that lead to each other, with the length of the way, shortest first."""
     mesh = field.mesh
-    places, up = mesh.vertices[vertices], mesh.ground.normals[vertices]
+    places, up = mesh.vertices[vertices], mesh.surface.normals[vertices]
     begins, ends = segments.lift(mesh, segments.begin), segments.lift(mesh, segments.end)
     normal = mesh.normal[segments.triangle]
     found: dict[tuple[int, int], float] = {}
@@ -122,14 +122,14 @@ def _find_meetings(
 def _lay_arc(
     field: CrossField, starts: Starts, one: int, two: int, way: float, directions: Points
 ) -> Arc | None:
-    ground = field.mesh.ground
+    surface = field.mesh.surface
     feet = []
     for k in (one, two):
         weights = np.zeros((1, 3))
         weights[0, starts.corner[k]] = 1.0
-        feet.append(ground.at(starts.triangle[k : k + 1], weights))
+        feet.append(surface.at(starts.triangle[k : k + 1], weights))
     try:
-        path = trace_geodesic(ground, feet[0], feet[1])
+        path = trace_geodesic(surface, feet[0], feet[1])
     except RefusedError:
         return None
     if path.length > LONGER * way:
@@ -152,7 +152,7 @@ def _touches(field: CrossField, points: Points, triangles: Int32Array) -> bool:
     for k, row in enumerate(corner):
         for v in row[barred[row]].tolist():
             off = np.linalg.norm(points[k : k + 2] - mesh.vertices[v], axis=1)
-            at = off < 1e-6 * mesh.ground.diagonal
+            at = off < 1e-6 * mesh.surface.diagonal
             if (at[0] and k > 0) or (at[1] and k + 1 < len(triangles)):
                 return True
     return len(triangles) == 1 and bool(mesh.on_border[corner[0]].sum() > 1)

@@ -27,7 +27,7 @@ from patterndb_sketch.retopo.network import (
     has_dead_end,
     walk_face,
 )
-from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
+from patterndb_sketch.retopo.network.faces import SurfaceParts, find_joined_chains
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import format_place
@@ -118,14 +118,14 @@ class NetworkBuilder:
     def __init__(
         self,
         network: Network,
-        ground: Ground,
+        surface: Ground,
         sizes: Sizes,
         lines: list[DraftLine],
         joining: float,
         corners: list[OnWall | InWedge],
     ) -> None:
-        self.opened = OpenNetwork(network, ground)
-        self.ground = ground
+        self.opened = OpenNetwork(network, surface)
+        self.surface = surface
         self.sizes = sizes
         self.lines = lines
         self.laid: set[int] = set()
@@ -195,7 +195,7 @@ class NetworkBuilder:
     def _add_junction(self, key: Key, point: Points, normal: Points, through: bool = False) -> None:
         if key in self.junctions:
             return
-        there = self.ground.project_near(point, units(normal), self.sizes)
+        there = self.surface.project_near(point, units(normal), self.sizes)
         self.junctions[key] = _Junction(there.points[0], there.normals[0], through)
 
     def _cut_walls(self) -> None:
@@ -288,13 +288,13 @@ class NetworkBuilder:
         parts = max(2, math.ceil((high - low) / self.sizes.sampling))
         at = np.linspace(low, high, parts + 1)
         points, normals = interpolate_line(line.points, line.normals, line.along, at)
-        there = self.ground.project_near(points, normals, self.sizes)
+        there = self.surface.project_near(points, normals, self.sizes)
         begin, end = self.junctions[one], self.junctions[two]
         share = np.linspace(0.0, 1.0, parts + 1)[:, None]
         shift = (1.0 - share) * (begin.point - there.points[0])
         shift = shift + share * (end.point - there.points[-1])
-        if np.abs(shift).max() > 1e-9 * self.ground.diagonal:
-            there = self.ground.project_near(there.points + shift, there.normals, self.sizes)
+        if np.abs(shift).max() > 1e-9 * self.surface.diagonal:
+            there = self.surface.project_near(there.points + shift, there.normals, self.sizes)
         points, normals = there.points.copy(), there.normals.copy()
         points[0], normals[0] = begin.point, begin.normal
         points[-1], normals[-1] = end.point, end.normal
@@ -429,18 +429,18 @@ def interpolate_line(
     return at, units(up)
 
 
-def is_cellular(network: Network, ground: Ground) -> bool:
-    """Is every region of the ground a disk: one network on each part, which goes round all its
+def is_cellular(network: Network, surface: Ground) -> bool:
+    """Is every region of the surface a disk: one network on each part, which goes round all its
     handles?"""
-    whole = GroundParts.of(ground)
+    whole = SurfaceParts.of(surface)
     on: list[int] = []
     left = set(network.chains)
     while left:
         joined = find_joined_chains(network.nodes, network.chains, next(iter(left)))
         # Where parts touch or pass through each other, single points may lie on another.
-        at = ground.nearest(network.chains[min(joined)].points).triangles
+        at = surface.nearest(network.chains[min(joined)].points).triangles
         on.append(int(np.bincount(whole.part[at]).argmax()))
         left -= joined
     if len(on) != whole.parts or len(set(on)) != whole.parts:
         return False
-    return count_genus(network.nodes, network.chains) == count_handles(ground)
+    return count_genus(network.nodes, network.chains) == count_handles(surface)

@@ -1,6 +1,6 @@
 """Draft a surface part by part: what does not hang together has nothing to do with each other.
 
-Eyes, buttons and laces lie close to bodies, or within them. Each part is a ground of its own, so
+Eyes, buttons and laces lie close to bodies, or within them. Each part is a surface of its own, so
 that no line goes over to another, and gets the setting that suits it; the networks of all parts
 together are the draft.
 """
@@ -36,7 +36,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, set_choice
-from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
+from patterndb_sketch.retopo.network.faces import SurfaceParts, find_joined_chains
 from patterndb_sketch.retopo.symmetry import Half
 from patterndb_sketch.retopo.wording import format_place
 from query.engine import PatternSource
@@ -94,7 +94,7 @@ def propose_by_parts(
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
     with told_underway("drafting" if task.half is None else "drafting one half") as tell:
-        parts = GroundParts.of(task.ground)
+        parts = SurfaceParts.of(task.surface)
         network = task.network
         bare = all(chain.marked for chain in network.chains.values()) and not network.patches
         if not bare or not 1 < parts.parts <= MOST_PARTS:
@@ -104,20 +104,20 @@ def propose_by_parts(
 
 def _propose_all(
     task: DraftTask,
-    parts: GroundParts,
+    parts: SurfaceParts,
     edges: Sequence[float],
     strict: bool,
     tell: Callable[[float], None],
 ) -> PartsDraft:
-    network, ground, half = task.network, task.ground, task.half
+    network, surface, half = task.network, task.surface, task.half
     notes: list[str] = []
     alone: dict[int, PlacedPatch] = {}
     done, creased = 0.0, True
-    total = float(ground.surface.areas.sum())
-    own = share_chains(network, ground, parts, task.sizes.sampling)
+    total = float(surface.surface.areas.sum())
+    own = share_chains(network, surface, parts, task.sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
     next_id = network.next_id
-    for k, (part, half_part) in enumerate(_list_parts(ground, parts, half)):
+    for k, (part, half_part) in enumerate(_list_parts(surface, parts, half)):
         mine = {c: chain for c, chain in network.chains.items() if own[c] == k}
         ends = {n for chain in mine.values() if not chain.loose for n in (chain.start, chain.end)}
         begun = replace(
@@ -125,13 +125,13 @@ def _propose_all(
             nodes={n: network.nodes[n] for n in sorted(ends)},
             chains=mine,
             next_id=next_id,
-            ground=part,
+            surface=part,
         )
         share = float(part.surface.areas.sum()) / total
         tell(done)
         done += share
         try:
-            of_part = replace(task, network=begun, ground=part, half=half_part)
+            of_part = replace(task, network=begun, surface=part, half=half_part)
             one = _propose_by_creases(of_part, edges, share)
         except RefusedError as error:
             if strict:
@@ -145,7 +145,7 @@ def _propose_all(
         if (
             strict
             and not made.sound
-            and not _may_be_covered(made, part, half_part, ground, parts.part == k)
+            and not _may_be_covered(made, part, half_part, surface, parts.part == k)
         ):
             # With it nothing is sound, whatever the other parts come to.
             return PartsDraft(made, (*notes, *one.notes), creased and one.creased)
@@ -163,27 +163,28 @@ def _propose_all(
         raise RefusedError("no part of the surface could be drafted: " + "; ".join(notes))
     together = replace(network, nodes=nodes, chains=chains, patches=patches, next_id=next_id)
     # As the editor will fill it.
-    found = fill_as_placed(together, ground, task.source, task.sizes.edge, alone)
-    judge = DraftJudge(ground, half, task.goal.allow_off(ground))
+    found = fill_as_placed(together, surface, task.source, task.sizes.edge, alone)
+    judge = DraftJudge(surface, half, task.goal.allow_off(surface))
     return PartsDraft(ProposedDraft.of(found, judge), tuple(notes), creased)
 
 
 def fill_as_placed(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     edge: float,
     placed: Mapping[int, PlacedPatch],
 ) -> FilledNetwork:
-    """The filled network of a ground of which patches were placed on another, such as a part of it:
-    those that would be placed elsewhere, since other parts are nearer, hold all their vertices."""
-    found = fill_network(network, ground, source, edge)
+    """The filled network of a surface of which patches were placed on another, such as a part of
+    it: those that would be placed elsewhere, since other parts are nearer, hold all their
+    vertices."""
+    found = fill_network(network, surface, source, edge)
     network = found.network
     for patch, former in placed.items():
         now = found.placed.get(patch)
         if now is not None and now.vertices.shape == former.vertices.shape:
             off = np.linalg.norm(now.vertices - former.vertices, axis=1).max()
-            if off <= SAME_PLACE * ground.diagonal:
+            if off <= SAME_PLACE * surface.diagonal:
                 continue
         filling = filling_of(network.patches[patch])
         if filling.choice is None or filling.choice.n_vertices != len(former.vertices):
@@ -192,23 +193,23 @@ def fill_as_placed(
         network = set_choice(network, patch, held)
     if network is found.network:
         return found
-    return fill_network(network, ground, source, edge)
+    return fill_network(network, surface, source, edge)
 
 
 def _may_be_covered(
-    made: ProposedDraft, part: Ground, half: Half | None, ground: Ground, own: NDArray[np.bool_]
+    made: ProposedDraft, part: Ground, half: Half | None, surface: Ground, own: NDArray[np.bool_]
 ) -> bool:
     """Is all that is wrong with a draft of a part that it is off, where other parts are near?
     Then the draft of all may be near enough."""
     if any(made.rank[: WRONG - 1]):
         return False
     furthest = DraftJudge(part, half).find_furthest(made.found)
-    others, _ = take_triangles(ground, ~own)
+    others, _ = take_triangles(surface, ~own)
     at = furthest[None]
     if half is not None:
         at = np.concatenate([at, half.plane.mirror(at)])
     off = np.linalg.norm(others.nearest(at).points - at, axis=1).min()
-    return bool(off <= MOST_OFF * ground.diagonal)
+    return bool(off <= MOST_OFF * surface.diagonal)
 
 
 def _propose_by_creases(
@@ -245,17 +246,17 @@ def _propose_by_creases(
 
 
 def _list_goals(task: DraftTask, share: float) -> list[DraftGoal]:
-    """List the goals with creases, as far as they differ on the task's ground.
+    """List the goals with creases, as far as they differ on the task's surface.
 
     share: of the part in the whole surface's area; on small ones edges may become finer."""
     goal = task.goal
     if goal.sharp is None:
         return []
     if share <= SMALL:
-        edges = find_sharp_edges(task.ground, FINER[-1] * task.sizes.edge, goal.sharp)
+        edges = find_sharp_edges(task.surface, FINER[-1] * task.sizes.edge, goal.sharp)
     else:
-        edges = find_creases(task.ground, task.sizes.edge, goal.sharp)
-    closed = drop_open_chains(edges, find_border(task.ground))
+        edges = find_creases(task.surface, task.sizes.edge, goal.sharp)
+    closed = drop_open_chains(edges, find_border(task.surface))
     goals = [goal] if edges else []
     return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals
 
@@ -269,7 +270,7 @@ def _propose_by_edges(
     """Return the first draft that is sound, with edges of several lengths, or the best.
 
     share: of the part in the whole surface's area."""
-    sizes, diagonal = task.sizes, task.ground.diagonal
+    sizes, diagonal = task.sizes, task.surface.diagonal
     best: PartsDraft | None = None
     why: RefusedError | None = None
     bare = all(chain.marked for chain in task.network.chains.values())
@@ -307,12 +308,12 @@ def _propose_by_edges(
 
 
 def _list_parts(
-    ground: Ground, parts: GroundParts, half: Half | None
+    surface: Ground, parts: SurfaceParts, half: Half | None
 ) -> Iterator[tuple[Ground, Half | None]]:
-    """Every part as a ground, and as a half of the parts that it is of, if the ground is one."""
-    whole = None if half is None else GroundParts.of(half.whole)
+    """Every part as a surface, and as a half of the parts that it is of, if the surface is one."""
+    whole = None if half is None else SurfaceParts.of(half.whole)
     for k in range(parts.parts):
-        part, vertices = take_triangles(ground, parts.part == k)
+        part, vertices = take_triangles(surface, parts.part == k)
         if half is None or whole is None:
             yield part, None
             continue
@@ -325,35 +326,35 @@ def _list_parts(
         for at, facing in ((own, up), images):
             feet = half.whole.nearest_facing(at, facing).feet
             # What is on one side alone has no image, and is near to nothing beyond.
-            there = np.linalg.norm(feet.points - at, axis=1) <= MOST_OFF * ground.diagonal
+            there = np.linalg.norm(feet.points - at, axis=1) <= MOST_OFF * surface.diagonal
             if there.any():
                 near.add(int(np.bincount(whole.part[feet.triangles[there]]).argmax()))
         both, _ = take_triangles(half.whole, np.isin(whole.part, sorted(near)))
         on = np.zeros(len(part.vertices), np.bool_)
         on[part.vertex] = half.on[vertices]
-        yield part, replace(half, ground=part, whole=both, on=on)
+        yield part, replace(half, surface=part, whole=both, on=on)
 
 
 def take_triangles(
-    ground: Ground, which: NDArray[np.bool_]
+    surface: Ground, which: NDArray[np.bool_]
 ) -> tuple[Ground, NDArray[np.signedinteger]]:
-    """A ground of some triangles (t,) of a ground, with its normals and its diagonal, which all
-    sizes are parts of; and the vertices (v,) of the ground that its own are of."""
-    vertices, corners = np.unique(ground.triangles[which], return_inverse=True)
-    part = Ground.of(ground.vertices[vertices], corners.reshape(-1, 3))
+    """A surface of some triangles (t,) of a surface, with its normals and its diagonal, which all
+    sizes are parts of; and the vertices (v,) of the surface that its own are of."""
+    vertices, corners = np.unique(surface.triangles[which], return_inverse=True)
+    part = Ground.of(surface.vertices[vertices], corners.reshape(-1, 3))
     normals = np.empty_like(part.normals)
-    normals[part.vertex] = ground.normals[vertices]
-    surface = replace(part.surface, normals=normals)
-    return replace(part, surface=surface, diagonal=ground.diagonal), vertices
+    normals[part.vertex] = surface.normals[vertices]
+    changed = replace(part.surface, normals=normals)
+    return replace(part, surface=changed, diagonal=surface.diagonal), vertices
 
 
 def share_chains(
-    network: Network, ground: Ground, parts: GroundParts, sampling: float
+    network: Network, surface: Ground, parts: SurfaceParts, sampling: float
 ) -> dict[int, int]:
     """The part of every chain of a network of borders and seams; chains that meet are of one."""
-    border = ground.topology.border
-    tail = ground.vertices[ground.triangles.ravel()[border]]
-    head = ground.vertices[ground.triangles[border // 3, (border % 3 + 1) % 3]]
+    border = surface.topology.border
+    tail = surface.vertices[surface.triangles.ravel()[border]]
+    head = surface.vertices[surface.triangles[border // 3, (border % 3 + 1) % 3]]
     if not len(border):
         return {}
     steps = np.maximum(np.ceil(np.linalg.norm(head - tail, axis=1) / sampling), 1).astype(int)

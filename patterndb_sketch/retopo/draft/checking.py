@@ -49,22 +49,22 @@ def refuse_laces(mesh: FieldMesh, edge: float, diagonal: float) -> None:
         )
 
 
-def check_ground(ground: Ground) -> None:
+def check_surface(surface: Ground) -> None:
     """Raise RefusedError, with the place, for a surface on which no field can lie."""
-    topology, triangles = ground.topology, ground.triangles
+    topology, triangles = surface.topology, surface.triangles
     uses = np.diff(topology.side_start)
     shared = np.flatnonzero(uses > 2)
     if len(shared):
         raise RefusedError(
-            # How many is not told: the ground may be a finer one than the surface that was given.
+            # How many is not told: the surface may be a finer one than the surface that was given.
             "edges have more than two triangles, the first at "
             f"{format_place(topology.middles[shared[0]])}: part the sheets that touch there"
         )
-    fans = np.bincount(triangles.ravel(), minlength=len(ground.vertices))
-    mesh = FieldMesh.of(ground)
+    fans = np.bincount(triangles.ravel(), minlength=len(surface.vertices))
+    mesh = FieldMesh.of(surface)
     for vertex in np.flatnonzero(fans).tolist():
         if len(mesh.list_ring(vertex)) != fans[vertex]:
             raise RefusedError(
                 "parts of the surface touch in one vertex at "
-                f"{format_place(ground.vertices[vertex])}: part them, or join them along an edge"
+                f"{format_place(surface.vertices[vertex])}: part them, or join them along an edge"
             )

@@ -56,7 +56,7 @@ FEWEST_SAMPLES = 7
 class Creases:
     """A network with chains along creases.
 
-    half: by the end vertices of a side of the ground, the half-chain that runs there.
+    half: by the end vertices of a side of the surface, the half-chain that runs there.
     clipped: (n, 3) points of creases that were left out because a drawn curve is there.
     """
 
@@ -65,49 +65,49 @@ class Creases:
     clipped: Points
 
 
-def find_creases(ground: Ground, edge: float, rule: SharpRule) -> frozenset[Edge]:
+def find_creases(surface: Ground, edge: float, rule: SharpRule) -> frozenset[Edge]:
     """Find the sharp edges that quads of a target edge length can keep; none where all is rough."""
-    edges = find_sharp_edges(ground, edge, rule)
+    edges = find_sharp_edges(surface, edge, rule)
     if rule.filtered and edges:
-        ends = ground.vertices[np.array(sorted(edges))]
+        ends = surface.vertices[np.array(sorted(edges))]
         length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
-        if length * edge > CROWDED * float(ground.surface.areas.sum()):
+        if length * edge > CROWDED * float(surface.surface.areas.sum()):
             return frozenset()
     return edges
 
 
 def add_creases(
-    network: Network, ground: Ground, sizes: Sizes, rule: SharpRule, *, closed: bool = False
+    network: Network, surface: Ground, sizes: Sizes, rule: SharpRule, *, closed: bool = False
 ) -> Creases | None:
-    """Add chains along all creases of the ground; return None where it has none.
+    """Add chains along all creases of the surface; return None where it has none.
 
     closed: leave out those with an open end. Sharp edges along a border are left to it.
     """
-    edges = find_creases(ground, sizes.edge, rule)
-    edges, clipped = _keep_clear(network, ground, edges, CLEARANCE * sizes.edge)
-    border = find_border(ground)
+    edges = find_creases(surface, sizes.edge, rule)
+    edges, clipped = _keep_clear(network, surface, edges, CLEARANCE * sizes.edge)
+    border = find_border(surface)
     if closed:
         edges = drop_open_chains(edges, border)
     if not edges:
         return None
     stops = {v for pair in edges for v in pair} & border
     for chain in list_chains(edges):
-        stops.update(_find_corners(ground.vertices, chain, REACH * sizes.edge))
-    return _CreaseBuilder(network, ground, sizes).build(edges, stops, clipped)
+        stops.update(_find_corners(surface.vertices, chain, REACH * sizes.edge))
+    return _CreaseBuilder(network, surface, sizes).build(edges, stops, clipped)
 
 
 def _keep_clear(
-    network: Network, ground: Ground, edges: frozenset[Edge], clearance: float
+    network: Network, surface: Ground, edges: frozenset[Edge], clearance: float
 ) -> tuple[frozenset[Edge], Points]:
     """Leave out the edges that come near to a drawn curve; also return where those are."""
     drawn = [chain.points for chain in network.chains.values() if not chain.marked]
     if not drawn or not edges:
         return edges, np.empty((0, 3))
     vertices = sorted(count_degrees(edges))
-    away, _ = KDTree(np.concatenate(drawn)).query(ground.vertices[vertices])
+    away, _ = KDTree(np.concatenate(drawn)).query(surface.vertices[vertices])
     near = {v for v, far in zip(vertices, away.tolist(), strict=True) if far < clearance}
     kept = frozenset((a, b) for a, b in edges if a not in near and b not in near)
-    return kept, ground.vertices[sorted(near)]
+    return kept, surface.vertices[sorted(near)]
 
 
 def _find_corners(at: Points, chain: list[int], reach: float) -> list[int]:
@@ -142,11 +142,11 @@ def _interpolate(line: Points, along: Floats, place: Floats, closed: bool) -> Po
 class _CreaseBuilder:
     """The steps of :func:`add_creases` that change the network."""
 
-    def __init__(self, network: Network, ground: Ground, sizes: Sizes) -> None:
-        self.opened = OpenNetwork(network, ground)
-        self.ground = ground
+    def __init__(self, network: Network, surface: Ground, sizes: Sizes) -> None:
+        self.opened = OpenNetwork(network, surface)
+        self.surface = surface
         self.sizes = sizes
-        self.mesh = FieldMesh.of(ground)
+        self.mesh = FieldMesh.of(surface)
         self.half: dict[tuple[int, int], HalfChain] = {}
         #: By vertex, the half-chains that leave it, by the vertex that they lead to.
         self.leaving: dict[int, dict[int, HalfChain]] = {}
@@ -164,7 +164,7 @@ class _CreaseBuilder:
 
     def _lay(self, path: list[int], loose: bool) -> None:
         chain = self.opened.new_id()
-        points, normals = _sample_path(self.ground, path, self.sizes.sampling)
+        points, normals = _sample_path(self.surface, path, self.sizes.sampling)
         if loose:
             points, normals = points[:-1], normals[:-1]
         else:
@@ -177,7 +177,7 @@ class _CreaseBuilder:
 
     def _order_around(self, vertex: int, out: dict[int, HalfChain]) -> list[HalfChain]:
         """Order the half-chains that leave a vertex counter-clockwise, as its triangles are."""
-        triangles = self.ground.triangles
+        triangles = self.surface.triangles
         sides = self.mesh.list_ring(vertex)
         ring = [int(triangles[s // 3, (s % 3 + 1) % 3]) for s in sides]
         ring.append(int(triangles[sides[-1] // 3, (sides[-1] % 3 + 2) % 3]))
@@ -189,8 +189,8 @@ class _CreaseBuilder:
         else:
             node = Node(
                 self.opened.new_id(),
-                self.ground.vertices[vertex].copy(),
-                self.ground.normals[vertex].copy(),
+                self.surface.vertices[vertex].copy(),
+                self.surface.normals[vertex].copy(),
                 tuple(ends),
                 (len(ends) > 1,) * len(ends),
             )
@@ -204,7 +204,7 @@ class _CreaseBuilder:
 
     def _add_to_border(self, vertex: int, ends: list[HalfChain]) -> Node:
         """Return the node of the border at a vertex, with ends of creases in its inner wedge."""
-        at, up = self.ground.vertices[vertex], self.ground.normals[vertex]
+        at, up = self.surface.vertices[vertex], self.surface.normals[vertex]
         borders = {c: chain for c, chain in self.opened.chains.items() if chain.marked}
         found = find_nearest_place(take_chain_samples(borders), at, up, np.inf)
         assert found is not None
@@ -218,9 +218,9 @@ class _CreaseBuilder:
         return replace(node, ends=(*before, *ends, *after), flagged=flags)
 
 
-def _sample_path(ground: Ground, path: list[int], sampling: float) -> tuple[Points, Points]:
+def _sample_path(surface: Ground, path: list[int], sampling: float) -> tuple[Points, Points]:
     """Return points and normals along a path of vertices, each of which is one of them."""
-    at, up = ground.vertices[path], ground.normals[path]
+    at, up = surface.vertices[path], surface.normals[path]
     steps = np.maximum(np.ceil(np.linalg.norm(np.diff(at, axis=0), axis=1) / sampling), 1)
     least = np.ceil((FEWEST_SAMPLES - 1) / len(steps))
     parts = np.maximum(steps, least).astype(np.int64)

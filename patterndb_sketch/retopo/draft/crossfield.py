@@ -83,27 +83,27 @@ class FieldSolver:
 
     def __init__(self, mesh: FieldMesh, alignment: float) -> None:
         self.mesh = mesh
-        ground = mesh.ground
+        surface = mesh.surface
         self.sides = mesh.inner
         self.here, self.there = self.sides // 3, mesh.across[self.sides] // 3
         length = np.linalg.norm(
-            ground.vertices[ground.triangles.ravel()[self.sides]]
-            - ground.vertices[ground.triangles[self.here, (self.sides % 3 + 1) % 3]],
+            surface.vertices[surface.triangles.ravel()[self.sides]]
+            - surface.vertices[surface.triangles[self.here, (self.sides % 3 + 1) % 3]],
             axis=1,
         )
-        middle = ground.vertices[ground.triangles].mean(axis=1)
+        middle = surface.vertices[surface.triangles].mean(axis=1)
         apart = np.linalg.norm(middle[self.here] - middle[self.there], axis=1)
-        ratio = np.sqrt(3.0) * length / np.maximum(apart, 1e-12 * ground.diagonal) / 3.0
-        self.weight = np.zeros(3 * len(ground.triangles))
+        ratio = np.sqrt(3.0) * length / np.maximum(apart, 1e-12 * surface.diagonal) / 3.0
+        self.weight = np.zeros(3 * len(surface.triangles))
         self.weight[self.sides] = np.minimum(ratio, MOST_WEIGHT)
-        area = ground.surface.areas
+        area = surface.surface.areas
         self.mass = area / area.mean()
-        pull = alignment * area.mean() / (SCALE * ground.diagonal) ** 2
+        pull = alignment * area.mean() / (SCALE * surface.diagonal) ** 2
         target, sure = measure_curvature(mesh)
         # Directions of curvature by their certainty, along borders theirs.
         self.pull = 50.0 * pull * sure * self.mass
         self.target = target
-        border = ground.topology.border
+        border = surface.topology.border
         total = np.zeros(len(self.pull), np.complex128)
         np.add.at(total, border // 3, np.exp(4j * mesh.side_angle.ravel()[border]))
         held = np.unique(border // 3)
@@ -134,8 +134,8 @@ class FieldSolver:
         # Where nothing says which way, the inverse power method goes towards the smoothest.
         for _ in range(1 if self.pull.any() else ROUNDS):
             u = _normalised(self._solve(self.pull + least, turned, wanted + least * u, u))
-        step = self.mass * self.mesh.ground.surface.areas.mean()
-        step /= (SCALE * self.mesh.ground.diagonal) ** 2
+        step = self.mass * self.mesh.surface.surface.areas.mean()
+        step /= (SCALE * self.mesh.surface.diagonal) ** 2
         for _ in range(ROUNDS):
             u = _normalised(self._solve(self.pull + step, turned, wanted + step * u, u))
         return np.angle(u).astype(np.float64) / 4.0
@@ -204,7 +204,7 @@ def measure_indices(mesh: FieldMesh, angle: Floats, quarters: Int32Array) -> Int
     np.add.at(total, corners, -gap[before])
     whole = np.where(mesh.on_border, np.pi, 2.0 * np.pi)
     # From a border's side to the next the field turns by what it is off them, too.
-    border = mesh.ground.topology.border
+    border = mesh.surface.topology.border
     off = mesh.side_angle.ravel()[border] - angle[border // 3]
     off -= QUARTER * np.rint(off / QUARTER)
     head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
@@ -225,7 +225,7 @@ def list_corner_indices(mesh: FieldMesh) -> Int32Array:
     natural = np.minimum(np.rint((np.pi - angle) / QUARTER), MOST_ON_BORDER).astype(np.int32)
     natural[~mesh.on_border | (angle == 0.0)] = 0
     # A ragged border has turns of single vertices that are none, seen from further off.
-    border = mesh.ground.topology.border
+    border = mesh.surface.topology.border
     tail = mesh.triangles.ravel()[border]
     head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
     ahead, back = np.arange(len(natural)), np.arange(len(natural))
@@ -318,7 +318,7 @@ def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int3
 
 def link_inner_edges(mesh: FieldMesh) -> csr_array:
     """Lengths of edges that are no border: over others nothing is matched."""
-    topology = mesh.ground.topology
+    topology = mesh.surface.topology
     inner = np.ones(len(topology.ends), np.bool_)
     inner[topology.edges[topology.border]] = False
     ends = topology.ends[inner]
@@ -340,9 +340,9 @@ def measure_curvature(mesh: FieldMesh) -> tuple[Complexes, Floats]:
     The shape operator of a triangle is fitted to how the normals of its vertices, smoothed, change
     along its sides (Rusinkiewicz 2004).
     """
-    ground = mesh.ground
-    triangles, area = mesh.triangles, ground.surface.areas
-    normals = ground.normals.copy()
+    surface = mesh.surface
+    triangles, area = mesh.triangles, surface.surface.areas
+    normals = surface.normals.copy()
     for _ in range(3):
         mean = normals[triangles].mean(axis=1) * area[:, None]
         total = np.zeros_like(normals)
@@ -350,7 +350,7 @@ def measure_curvature(mesh: FieldMesh) -> tuple[Complexes, Floats]:
             np.add.at(total, triangles[:, e], mean)
         size = np.linalg.norm(total, axis=1, keepdims=True)
         normals = total / np.maximum(size, 1e-300)
-    corner, up = ground.vertices[triangles], normals[triangles]
+    corner, up = surface.vertices[triangles], normals[triangles]
     step, change = np.roll(corner, -1, axis=1) - corner, np.roll(up, -1, axis=1) - up
     u, v = np.einsum("tec,tc->te", step, mesh.x), np.einsum("tec,tc->te", step, mesh.y)
     p, q = np.einsum("tec,tc->te", change, mesh.x), np.einsum("tec,tc->te", change, mesh.y)
@@ -362,5 +362,5 @@ def measure_curvature(mesh: FieldMesh) -> tuple[Complexes, Floats]:
     normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3)
     shape = np.linalg.solve(normal, np.einsum("tki,tk->ti", rows, wanted)[..., None])[..., 0]
     half, twist = (shape[:, 0] - shape[:, 2]) / 2.0, shape[:, 1]
-    sure = np.minimum(np.hypot(half, twist) * ground.diagonal / SURE_CURVATURE, 1.0)
+    sure = np.minimum(np.hypot(half, twist) * surface.diagonal / SURE_CURVATURE, 1.0)
     return np.exp(2j * np.arctan2(twist, half)), sure

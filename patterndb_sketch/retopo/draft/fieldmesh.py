@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.ground import Ground
 class FieldMesh:
     """A manifold mesh of triangles, all turned alike; side 3 f + e is the edge from corner e.
 
-    ground:  the triangles as a ground, whose numbers of vertices are its own.
+    surface:  the triangles as a surface, whose numbers of vertices are its own.
     x, y, normal: (t, 3) float64, the frame of every triangle; x runs along its first side.
     side_angle: (t, 3) float64, the direction of every side in its triangle's frame.
     turn:    (3t,) float64: a direction of angle a in a triangle has a + turn beyond a side; 0 at
@@ -27,7 +27,7 @@ class FieldMesh:
     flat:    (t, 3, 2) float64, the corners in the triangle's frame; the first is at 0.
     """
 
-    ground: Ground
+    surface: Ground
     x: Points
     y: Points
     normal: Points
@@ -37,15 +37,15 @@ class FieldMesh:
     flat: Floats
 
     @classmethod
-    def of(cls, ground: Ground) -> FieldMesh:
-        """Of a ground that is manifold and all turned alike."""
-        corner = ground.vertices[ground.triangles]
+    def of(cls, surface: Ground) -> FieldMesh:
+        """Of a surface that is manifold and all turned alike."""
+        corner = surface.vertices[surface.triangles]
         edge = np.roll(corner, -1, axis=1) - corner
         normal = units(np.cross(edge[:, 0], edge[:, 1]))
         x = units(edge[:, 0])
         y = np.cross(normal, x)
         side = np.arctan2(np.einsum("tec,tc->te", edge, y), np.einsum("tec,tc->te", edge, x))
-        across = ground.topology.across
+        across = surface.topology.across
         turn = np.where(across >= 0, side.ravel()[across] + np.pi - side.ravel(), 0.0)
         back = -np.roll(edge, 1, axis=1)
         angle = np.arctan2(
@@ -53,28 +53,28 @@ class FieldMesh:
         )
         off = corner - corner[:, :1]
         flat = np.stack([np.einsum("tec,tc->te", off, x), np.einsum("tec,tc->te", off, y)], axis=2)
-        return cls(ground, x, y, normal, side, turn, angle, np.ascontiguousarray(flat))
+        return cls(surface, x, y, normal, side, turn, angle, np.ascontiguousarray(flat))
 
     @property
     def vertices(self) -> Points:
         """(v, 3) float64."""
-        return self.ground.vertices
+        return self.surface.vertices
 
     @property
     def triangles(self) -> Int32Array:
         """(t, 3) int32."""
-        return self.ground.triangles
+        return self.surface.triangles
 
     @property
     def across(self) -> Int32Array:
         """(3t,) int32, the side beyond each, -1 at borders."""
-        return self.ground.topology.across
+        return self.surface.topology.across
 
     @cached_property
     def euler(self) -> int:
         """V - E + F."""
         used = len(np.unique(self.triangles))
-        return used - len(self.ground.topology.ends) + len(self.triangles)
+        return used - len(self.surface.topology.ends) + len(self.triangles)
 
     @cached_property
     def inner(self) -> NDArray[np.intp]:
@@ -85,7 +85,7 @@ class FieldMesh:
     def on_border(self) -> NDArray[np.bool_]:
         """(v,) bool, vertices of borders."""
         found = np.zeros(len(self.vertices), np.bool_)
-        border = self.ground.topology.border
+        border = self.surface.topology.border
         found[self.triangles.ravel()[border]] = True
         found[self.triangles[border // 3, (border % 3 + 1) % 3]] = True
         return found
@@ -96,14 +96,14 @@ class FieldMesh:
         found = np.full(len(self.vertices), -1, np.int32)
         sides = np.arange(3 * len(self.triangles), dtype=np.int32)[::-1]
         found[self.triangles.ravel()[sides]] = sides
-        border = self.ground.topology.border
+        border = self.surface.topology.border
         found[self.triangles.ravel()[border]] = border
         return found
 
     @cached_property
     def edge_graph(self) -> csr_array:
         """(v, v) lengths of edges."""
-        ends = self.ground.topology.ends
+        ends = self.surface.topology.ends
         length = np.linalg.norm(self.vertices[ends[:, 0]] - self.vertices[ends[:, 1]], axis=1)
         n = len(self.vertices)
         rows, columns = np.concatenate([ends, ends[:, ::-1]]).T

@@ -77,19 +77,19 @@ MOST_AT_ONCE, AROUND = 2000, 8
 
 def fit_quads(
     found: FilledNetwork,
-    ground: Ground,
+    surface: Ground,
     samples: Points,
     sizes: Sizes,
     laid: Collection[int],
     kept: Collection[int],
 ) -> FilledNetwork:
-    """The filled network with its quads fitted to the ground.
+    """The filled network with its quads fitted to the surface.
 
-    samples: (n, 3) points that they are to come near to, see :func:`sample_ground`. laid: the
+    samples: (n, 3) points that they are to come near to, see :func:`sample_surface`. laid: the
     chains that may move, with the nodes that no other chain ends at. kept: patches whose vertices
     stay where they were placed.
     """
-    fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
+    fit = _Fit(found, surface, samples, sizes, frozenset(laid), frozenset(kept))
     if not fit.free.any() and found.placed.keys() <= fit.kept:
         return found
     before = len(fit.mesh.quads)
@@ -112,7 +112,7 @@ def count_flipped(found: FilledNetwork) -> int:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _FarPoints:
-    """Points (n, 3) of the ground, on the quads' triangles with corners (n, 3) the weights (n, 3)
+    """Points (n, 3) of the surface, on the quads' triangles with corners (n, 3) the weights (n, 3)
     of what is nearest; away: (n, 3) from there to the points, size: how far."""
 
     points: Points
@@ -138,14 +138,14 @@ class _Fit:
     def __init__(
         self,
         found: FilledNetwork,
-        ground: Ground,
+        surface: Ground,
         samples: Points,
         sizes: Sizes,
         laid: frozenset[int],
         kept: frozenset[int],
     ) -> None:
         self.found = found
-        self.ground = ground
+        self.surface = surface
         self.sizes = sizes
         self.laid = laid
         self.kept = kept
@@ -161,7 +161,7 @@ class _Fit:
             self.on_curve[curve.vertices] = True
         self.beside = _link_neighbours(self.mesh)
         self.degree = np.maximum(np.diff(self.beside.indptr), 1)[:, None]
-        self.within = WITHIN * ground.diagonal
+        self.within = WITHIN * surface.diagonal
         tail, head = self.mesh.list_sides()
         self.wanted = float(np.linalg.norm(self.at[tail] - self.at[head], axis=1).mean())
         self.samples = samples
@@ -225,7 +225,7 @@ class _Fit:
         for _ in range(UNTANGLINGS):
             before = at
             at = untangle(quads, at, up, fixed, beside)
-            there = self.ground.nearest_facing(at[fixed:], up[fixed:])
+            there = self.surface.nearest_facing(at[fixed:], up[fixed:])
             came, turned = there.points.copy(), there.normals.copy()
             # What leaps lands on the other side of thin plates.
             leaps = np.linalg.norm(came - before[fixed:], axis=1) > LONGEST_LEAP * self.sizes.edge
@@ -238,7 +238,7 @@ class _Fit:
                 fewest = left
                 self.at, self.normals = self.at.copy(), self.normals.copy()
                 self.at[order], self.normals[order] = at, up
-            if not fewest or float(np.abs(at - before).max()) <= UNMOVED * self.ground.diagonal:
+            if not fewest or float(np.abs(at - before).max()) <= UNMOVED * self.surface.diagonal:
                 break
 
     def _find_around(self, quads: Int32Array) -> NDArray[np.bool_]:
@@ -266,10 +266,10 @@ class _Fit:
             self._step(far)
 
     def _measure(self, points: Points) -> _FarPoints:
-        """Of points (n, 3) of the ground those that are not near to the quads."""
-        surface = Surface.from_arrays(self.at, cut_quads(self.at, self.mesh.quads))
-        triangle, weights = surface.located(points)
-        corners = surface.triangles[triangle]
+        """Of points (n, 3) of the surface those that are not near to the quads."""
+        cover = Surface.from_arrays(self.at, cut_quads(self.at, self.mesh.quads))
+        triangle, weights = cover.located(points)
+        corners = cover.triangles[triangle]
         away = points - np.einsum("ne,nec->nc", weights, self.at[corners])
         size = np.linalg.norm(away, axis=1)
         far = size > NEAR * self.within
@@ -298,7 +298,7 @@ class _Fit:
         moved, turned = self.at.copy(), self.normals.copy()
         loose = self.free & ~self.on_curve
         moved[loose] += move[loose]
-        there = self.ground.nearest_facing(moved[loose], up[loose])
+        there = self.surface.nearest_facing(moved[loose], up[loose])
         moved[loose], turned[loose] = there.points, there.normals
         wanted = [curve.propose(move) for curve in self.curves]
         for curve, along in zip(self.curves, wanted, strict=True):
@@ -328,7 +328,7 @@ class _Fit:
                 continue
             held &= self.free & ~self.on_curve
             half = 0.5 * (moved[held] + self.at[held])
-            there = self.ground.nearest_facing(half, turned[held])
+            there = self.surface.nearest_facing(half, turned[held])
             moved[held], turned[held] = there.points, there.normals
 
     def finish(self) -> FilledNetwork:
@@ -373,11 +373,11 @@ class _Fit:
             moved.append(patch)
         placed = dict(self.found.placed)
         for patch in moved:
-            placed[patch] = place_fill(network, self.ground, network.patches[patch])
+            placed[patch] = place_fill(network, self.surface, network.patches[patch])
         return replace(self.found, network=network, placed=placed)
 
     def _lay_through(self, chain: Chain, along: list[int], ends: tuple[Node, Node]) -> Chain:
-        """A chain along a smooth curve through its vertices, on the ground, from node to node."""
+        """A chain along a smooth curve through its vertices, on the surface, from node to node."""
         corners, up = self.at[along], self.normals[along]
         length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
         parts = max(2, int(np.ceil(length / (self.sizes.sampling * chain.count)))) * chain.count
@@ -385,7 +385,7 @@ class _Fit:
         points = np.asarray(CubicSpline(np.arange(len(along)), corners, bc_type="natural")(place))
         number = np.arange(len(along))
         normals = units(np.stack([np.interp(place, number, up[:, c]) for c in range(3)], axis=1))
-        there = self.ground.project_near(points, normals, self.sizes)
+        there = self.surface.project_near(points, normals, self.sizes)
         points, normals = there.points.copy(), there.normals.copy()
         for k, node in zip((0, -1), ends, strict=True):
             points[k], normals[k] = node.point, node.normal
@@ -409,12 +409,12 @@ def _link_neighbours(mesh: RetopoMesh) -> csr_array:
     return coo_array((np.ones(pairs.shape[1]), tuple(pairs)), (n, n)).tocsr()
 
 
-def sample_ground(ground: Ground, spacing: float) -> Points:
-    """(n, 3) points all over a ground, about so far apart, its vertices among them."""
-    corners = ground.vertices[ground.triangles]
+def sample_surface(surface: Ground, spacing: float) -> Points:
+    """(n, 3) points all over a surface, about so far apart, its vertices among them."""
+    corners = surface.vertices[surface.triangles]
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
     parts = np.clip(np.ceil(longest / spacing), 1, MOST_PARTS).astype(np.int64)
-    found = [ground.vertices[np.unique(ground.triangles)]]
+    found = [surface.vertices[np.unique(surface.triangles)]]
     for n in np.unique(parts[parts > 1]).tolist():
         weights = np.array(list(_list_weights(n)))
         inner = np.einsum("ke,tec->tkc", weights, corners[parts == n])
@@ -422,12 +422,12 @@ def sample_ground(ground: Ground, spacing: float) -> Points:
     return np.concatenate(found)
 
 
-def sample_both_sides(ground: Ground, half: Half | None, edge: float) -> Points:
-    """(n, 3) points of the ground that quads are fitted to; of a half, with the images of those
+def sample_both_sides(surface: Ground, half: Half | None, edge: float) -> Points:
+    """(n, 3) points of the surface that quads are fitted to; of a half, with the images of those
     beyond the plane: no surface is symmetric to the last hair."""
     if half is None:
-        return sample_ground(ground, SPACING * edge)
-    points = sample_ground(half.whole, SPACING * edge)
+        return sample_surface(surface, SPACING * edge)
+    points = sample_surface(half.whole, SPACING * edge)
     beyond = half.plane.heights(points) < 0.0
     return np.concatenate([points[~beyond], half.plane.mirror(points[beyond])])
 

@@ -56,7 +56,7 @@ def find_shortest_handle(mesh: FieldMesh) -> HandleLoop | None:
 def _list_loops(mesh: FieldMesh, root: int) -> list[tuple[float, int, list[int]]]:
     """Two loops for each handle of the root's part: length, a vertex on it, and all of them."""
     far, before = dijkstra(mesh.edge_graph, indices=root, return_predecessors=True)
-    ends = mesh.ground.topology.ends
+    ends = mesh.surface.topology.ends
     one, two = ends[:, 0], ends[:, 1]
     tree = (before[one] == two) | (before[two] == one)
     open_ = np.flatnonzero(~tree & np.isfinite(far[one]))
@@ -88,7 +88,7 @@ def _span_tree(pairs: Int32Array) -> NDArray[np.bool_]:
 
 def _find_beside(mesh: FieldMesh) -> Int32Array:
     """(e, 2) the two triangles of every edge; beyond a border its loop, numbered after them."""
-    topology, triangles = mesh.ground.topology, mesh.triangles
+    topology, triangles = mesh.surface.topology, mesh.triangles
     n = len(triangles)
     border = topology.border
     tails = triangles.ravel()[border]

@@ -61,13 +61,13 @@ def cut_along_curves(
 
 
 def cut_along_creases(
-    network: Network, ground: Ground, half: Mapping[tuple[int, int], HalfChain], edge: float
+    network: Network, surface: Ground, half: Mapping[tuple[int, int], HalfChain], edge: float
 ) -> FieldMesh:
-    """Return a ground cut open exactly along creases, remeshed.
+    """Return a surface cut open exactly along creases, remeshed.
 
-    half: by the end vertices of a side of the ground, the network's half-chain that runs there.
+    half: by the end vertices of a side of the surface, the network's half-chain that runs there.
     """
-    return _cut_open(network, FieldMesh.of(ground), ground.vertices, half, edge)
+    return _cut_open(network, FieldMesh.of(surface), surface.vertices, half, edge)
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ class _Paths:
         fit = [
             v
             for v in near
-            if bool(self.mesh.on_border[v]) == rim and self.mesh.ground.normals[v] @ normal > 0.0
+            if bool(self.mesh.on_border[v]) == rim and self.mesh.surface.normals[v] @ normal > 0.0
         ]
         free = [v for v in fit if v not in self.taken]
         if not free:
@@ -172,7 +172,7 @@ class _Paths:
         samples = piece.points[::step]
         near = sorted(set().union(*self.tree.query_ball_point(samples, reach)))
         away, which = KDTree(piece.points).query(mesh.vertices[near])
-        agree = np.einsum("nc,nc->n", mesh.ground.normals[near], piece.normals[which]) > 0.0
+        agree = np.einsum("nc,nc->n", mesh.surface.normals[near], piece.normals[which]) > 0.0
         allowed = np.array(
             [
                 v in (piece.start, piece.end)
@@ -186,7 +186,7 @@ class _Paths:
         name[vertices] = np.arange(len(vertices))
         if name[piece.start] < 0 or name[piece.end] < 0:
             return []
-        ends = mesh.ground.topology.ends
+        ends = mesh.surface.topology.ends
         ends = ends[(name[ends] >= 0).all(axis=1)]
         used = np.array([(a, b) in self.half for a, b in ends.tolist()], np.bool_)
         ends = ends[~used]

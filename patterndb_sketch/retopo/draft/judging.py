@@ -29,17 +29,17 @@ MOST_OFF = 0.02
 
 @dataclass(frozen=True, slots=True)
 class DraftJudge:
-    """Judges the mesh of a draft on a ground. half: that the ground is, if it is one. most_off: how
-    far off it may be, in diagonals."""
+    """Judges the mesh of a draft on a surface. half: that the surface is, if it is one. most_off:
+    how far off it may be, in diagonals."""
 
-    ground: Ground
+    surface: Ground
     half: Half | None
     most_off: float = MOST_OFF
 
     @property
     def whole(self) -> Ground:
         """What the mesh is measured against."""
-        return self.ground if self.half is None else self.half.whole
+        return self.surface if self.half is None else self.half.whole
 
     def weld(self, found: FilledNetwork) -> RetopoMesh:
         """The mesh, with its image."""
@@ -67,8 +67,8 @@ class DraftJudge:
         if self.half is None or max(made.to_ground, made.from_ground) <= self.most_off:
             return False
         mesh = weld_fills(found)
-        own = hausdorff(mesh.vertices, mesh.quads, self.ground)
-        return max(own) * self.ground.diagonal <= self.most_off * self.whole.diagonal
+        own = hausdorff(mesh.vertices, mesh.quads, self.surface)
+        return max(own) * self.surface.diagonal <= self.most_off * self.whole.diagonal
 
     def list_flaws(self, found: FilledNetwork, made: Report) -> tuple[str, ...]:
         """What of a mesh is open, flipped or far off, in words, with the first place."""
@@ -98,12 +98,12 @@ class DraftJudge:
         return tuple(said)
 
     def find_furthest(self, found: FilledNetwork) -> Points:
-        """(3,) the vertex of the ground furthest from the quads, or of the quads from the
-        ground."""
-        mesh, ground = self.weld(found), self.whole
-        surface = Surface.from_arrays(mesh.vertices, cut_quads(mesh.vertices, mesh.quads))
-        missed = np.linalg.norm(surface.nearest(ground.vertices).points - ground.vertices, axis=1)
-        gone = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
+        """(3,) the vertex of the surface furthest from the quads, or of the quads from the
+        surface."""
+        mesh, surface = self.weld(found), self.whole
+        cover = Surface.from_arrays(mesh.vertices, cut_quads(mesh.vertices, mesh.quads))
+        missed = np.linalg.norm(cover.nearest(surface.vertices).points - surface.vertices, axis=1)
+        gone = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)
         if missed.max() >= gone.max():
-            return ground.vertices[missed.argmax()]
+            return surface.vertices[missed.argmax()]
         return mesh.vertices[gone.argmax()]

@@ -76,7 +76,7 @@ EDGES_A_QUAD = 4.0
 
 def draft_network(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     setting: DraftSetting,
     field: CrossField,
@@ -103,7 +103,7 @@ def draft_network(
     seeds = find_tips(network, field, AT_NODE * sizes.edge)
     if not walls.bare:
         seeds += seed_rings(field, seeds)
-    regular = RegularParts.of(field, ground)
+    regular = RegularParts.of(field, surface)
     laid: _LaidField | None = None
     why = "some regions would be rings or handles; draw by hand"
     again = 0
@@ -112,7 +112,7 @@ def draft_network(
             break
         before = budget.left
         try:
-            found = _lay_field(network, ground, sizes, field, walls, seeds, budget)
+            found = _lay_field(network, surface, sizes, field, walls, seeds, budget)
         except RoundRegionError as error:
             # A bare surface that goes on coming out so is too thin for its edges.
             if walls.bare and tried == BARE_SEEDS:
@@ -130,10 +130,10 @@ def draft_network(
                 if laid is None:
                     raise
                 break
-        if found is not None and is_cellular(found.network, ground):
+        if found is not None and is_cellular(found.network, surface):
             laid = found
             budget.left = before
-            if not has_long_patch(found.network, ground, regular):
+            if not has_long_patch(found.network, surface, regular):
                 break
         seeds.append(find_seed(field, regular, seeds))
     if laid is None:
@@ -162,7 +162,7 @@ class _LaidField:
 
 def _lay_field(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     field: CrossField,
     walls: Walls,
@@ -179,7 +179,7 @@ def _lay_field(
     used = {end for arc in arcs for end in (arc.begin, arc.end)}
     free = np.array([k for k in range(len(starts)) if k not in used], np.intp)
     left = starts[free]
-    longest = LONGEST_TRACE * mesh.ground.diagonal
+    longest = LONGEST_TRACE * mesh.surface.diagonal
     traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
     budget.spend(float(traced.length.sum()) / (EDGES_A_QUAD * sizes.edge))
     if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
@@ -196,7 +196,7 @@ def _lay_field(
         lines.append(DraftLine(arc.points, normals, along, one, two))
     lines += _list_traces(field, free, left, traced, joints, len(arcs))
     corners = joints.corners()
-    builder = NetworkBuilder(network, ground, sizes, lines, JOINING * sizes.edge, corners)
+    builder = NetworkBuilder(network, surface, sizes, lines, JOINING * sizes.edge, corners)
     made = builder.build()
     laid_here = frozenset(builder.laid & made.chains.keys())
     own = {c: replace(made.chains[c], laid=True) for c in sorted(laid_here)}

@@ -12,7 +12,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
-from patterndb_sketch.retopo.draft.checking import check_ground, refuse_laces
+from patterndb_sketch.retopo.draft.checking import check_surface, refuse_laces
 from patterndb_sketch.retopo.draft.creases import add_creases
 from patterndb_sketch.retopo.draft.crossfield import FieldSolver
 from patterndb_sketch.retopo.draft.drafted import (
@@ -144,8 +144,8 @@ def propose_draft(
     few corners by two settings.
     """
     network, mesh, notes = _prepare(task)
-    judge = DraftJudge(task.ground, task.half, task.goal.allow_off(task.ground))
-    samples = sample_both_sides(task.ground, task.half, _find_finest(task))
+    judge = DraftJudge(task.surface, task.half, task.goal.allow_off(task.surface))
+    samples = sample_both_sides(task.surface, task.half, _find_finest(task))
     best: ProposedDraft | None = None
     why: list[str] = []
     for batch in _lay_out(task, network, mesh, enough, why, tell):
@@ -180,7 +180,7 @@ def _lay_out(
 
     enough: how many at first. why: to this is added why a setting comes to nothing.
     """
-    sizes, budget, wanted = task.sizes, task.budget, task.goal.count_quads(task.ground)
+    sizes, budget, wanted = task.sizes, task.budget, task.goal.count_quads(task.surface)
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
     solvers: dict[float, FieldSolver] = {}
@@ -197,7 +197,7 @@ def _lay_out(
             done.add(key)
             try:
                 batch.append(
-                    draft_network(network, task.ground, sizes, setting, field, budget, wanted)
+                    draft_network(network, task.surface, sizes, setting, field, budget, wanted)
                 )
                 laid = True
             except RefusedError as error:
@@ -223,20 +223,20 @@ def _make_draft(
     notes: tuple[str, ...],
 ) -> ProposedDraft:
     """Fill a layout and fit its quads to samples."""
-    ground, sizes = task.ground, task.sizes
-    if (wanted := task.goal.count_quads(ground)) is not None:
+    surface, sizes = task.surface, task.sizes
+    if (wanted := task.goal.count_quads(surface)) is not None:
         one = improve_counts(one, wanted)
-    found = fill_network(one.network, ground, task.source, sizes.edge, PlacedCache())
-    found = _fill_rest(found, ground, task.source)
+    found = fill_network(one.network, surface, task.source, sizes.edge, PlacedCache())
+    found = _fill_rest(found, surface, task.source)
     fitted = replace(sizes, edge=_find_finest(task))
-    found = fit_quads(found, ground, samples, fitted, one.laid, one.kept)
+    found = fit_quads(found, surface, samples, fitted, one.laid, one.kept)
     made = ProposedDraft.of(found, judge, notes)
     if not made.sound:
         task.budget.spend(made.report.quads / (1 if task.half is None else 2))
     return made
 
 
-def _fill_rest(found: FilledNetwork, ground: Ground, source: PatternSource) -> FilledNetwork:
+def _fill_rest(found: FilledNetwork, surface: Ground, source: PatternSource) -> FilledNetwork:
     """Fill patches that are refused quads where these are placed one by one: all are fitted."""
     network, placed = found.network, dict(found.placed)
     for number in sorted(network.patches.keys() - placed.keys()):
@@ -244,7 +244,7 @@ def _fill_rest(found: FilledNetwork, ground: Ground, source: PatternSource) -> F
             # What lies within it is not joined to it.
             continue
         try:
-            network, placed[number] = fill_between(network, ground, source, number)
+            network, placed[number] = fill_between(network, surface, source, number)
         except RefusedError:
             # It has no fill at all, which is a flaw of the draft.
             continue
@@ -253,8 +253,8 @@ def _fill_rest(found: FilledNetwork, ground: Ground, source: PatternSource) -> F
 
 def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
     """Return the network with creases, its field's mesh, cut open along all curves, and notes."""
-    network, ground, sizes = task.network, task.ground, task.sizes
-    check_ground(ground)
+    network, surface, sizes = task.network, task.surface, task.sizes
+    check_surface(surface)
     faces = list_kept_faces(network)
     if faces:
         at = network.nodes[network.origin(faces[0][0])].point
@@ -266,10 +266,10 @@ def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
     drawn = [c for c, chain in network.chains.items() if not chain.marked]
     creases = None
     if task.goal.sharp is not None:
-        creases = add_creases(network, ground, sizes, task.goal.sharp, closed=task.goal.closed)
+        creases = add_creases(network, surface, sizes, task.goal.sharp, closed=task.goal.closed)
     notes: tuple[str, ...] = ()
     if creases is None:
-        even = Ground.of(*remesh_parts(ground, fine))
+        even = Ground.of(*remesh_parts(surface, fine))
         crowded = np.flatnonzero(np.diff(even.topology.side_start) > 2)
         if len(crowded):
             raise RefusedError(
@@ -278,11 +278,11 @@ def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
                 "or has needles; mend it, or draw by hand"
             )
         mesh = FieldMesh.of(even)
-        refuse_laces(mesh, sizes.edge, ground.diagonal)
+        refuse_laces(mesh, sizes.edge, surface.diagonal)
     else:
         network = creases.network
-        refuse_laces(FieldMesh.of(ground), sizes.edge, ground.diagonal)
-        mesh = cut_along_creases(network, ground, creases.half, fine)
+        refuse_laces(FieldMesh.of(surface), sizes.edge, surface.diagonal)
+        mesh = cut_along_creases(network, surface, creases.half, fine)
         if len(creases.clipped):
             where = count_places("a place", "places", creases.clipped)
             notes = (f"creases stop short of drawn curves in {where}",)

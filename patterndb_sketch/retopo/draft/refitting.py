@@ -48,7 +48,7 @@ def claim_curves(before: Network, after: Network) -> Network:
 def refit_quads(
     before: Network,
     after: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     sizes: Sizes,
     sample: Callable[[], Points],
@@ -61,7 +61,7 @@ def refit_quads(
     """
     if not list_unfitted(before, after):
         return after
-    found = fill_network(after, ground, source, sizes.edge, cache)
+    found = fill_network(after, surface, source, sizes.edge, cache)
     due = set(list_unfitted(before, found.network)) & found.placed.keys()
     if not due:
         return found.network
@@ -74,7 +74,7 @@ def refit_quads(
     }
     kept = network.patches.keys() - due
     near = _list_near(found, due, sample())
-    fitted = fit_quads(found, ground, near, sizes, laid, kept)
+    fitted = fit_quads(found, surface, near, sizes, laid, kept)
     return min(fitted, found, key=count_flipped).network
 
 
@@ -104,7 +104,7 @@ def _list_near(found: FilledNetwork, due: set[int], samples: Points) -> Points:
         return samples
     mesh = weld_fills(found)
     triangles = cut_quads(mesh.vertices, mesh.quads)
-    surface = Surface.from_arrays(mesh.vertices, triangles)
-    nearest, _ = surface.located(samples)
+    cover = Surface.from_arrays(mesh.vertices, triangles)
+    nearest, _ = cover.located(samples)
     quad = np.arange(len(triangles)) % len(mesh.quads)
     return samples[np.isin(mesh.patch[quad[nearest]], sorted(due))]

@@ -20,7 +20,7 @@ from patterndb._native.retopo.draft.remesh import (
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.faces import SurfaceParts
 
 #: Rounds of splitting, collapsing, flipping and moving. Source: Botsch and Kobbelt 2004 take five.
 ROUNDS = 6
@@ -45,12 +45,12 @@ MOST_SMALL, LEAST_SHARE = 1000, 0.15
 EQUILATERAL = np.sqrt(3.0) / 4.0
 
 
-def remesh_parts(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
+def remesh_parts(surface: Ground, edge: float) -> tuple[Points, Int32Array]:
     """(v, 3) vertices and (t, 3) triangles as of :func:`remesh_evenly`, but finer on each part that
     is small or thin against the edge."""
-    found = GroundParts.of(ground)
-    areas = np.bincount(found.part, ground.surface.areas, found.parts)
-    corner = ground.vertices[ground.triangles]
+    found = SurfaceParts.of(surface)
+    areas = np.bincount(found.part, surface.surface.areas, found.parts)
+    corner = surface.vertices[surface.triangles]
     low, high = np.full((found.parts, 3), np.inf), np.full((found.parts, 3), -np.inf)
     np.minimum.at(low, found.part, corner.min(axis=1))
     np.maximum.at(high, found.part, corner.max(axis=1))
@@ -60,27 +60,27 @@ def remesh_parts(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
     finest = np.maximum(finest, floor)
     small = finest < edge
     if not small.any():
-        return remesh_evenly(ground, edge)
+        return remesh_evenly(surface, edge)
     points, triangles, n = list[Points](), list[Int32Array](), 0
     large = ~small[found.part]
     pieces = [(large, edge)] if large.any() else []
     pieces += [(found.part == k, float(finest[k])) for k in np.flatnonzero(small).tolist()]
     for which, size in pieces:
-        at, corners = remesh_evenly(Ground.of(ground.vertices, ground.triangles[which]), size)
+        at, corners = remesh_evenly(Ground.of(surface.vertices, surface.triangles[which]), size)
         points.append(at)
         triangles.append(corners + n)
         n += len(at)
     return np.concatenate(points), np.concatenate(triangles).astype(np.int32)
 
 
-def remesh_evenly(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
-    """(v, 3) vertices on a manifold ground, all turned alike, and (t, 3) triangles of this edge.
+def remesh_evenly(surface: Ground, edge: float) -> tuple[Points, Int32Array]:
+    """(v, 3) vertices on a manifold surface, all turned alike, and (t, 3) triangles of this edge.
 
-    The ground's handles and borders are kept: an edge whose collapse would close a tunnel stays,
+    The surface's handles and borders are kept: an edge whose collapse would close a tunnel stays,
     whatever its length.
     """
-    points, triangles = ground.vertices.copy(), ground.triangles.copy()
-    twin = ground.topology.across.copy()
+    points, triangles = surface.vertices.copy(), surface.triangles.copy()
+    twin = surface.topology.across.copy()
     for _ in range(ROUNDS):
         points, triangles, twin = split_long(points, triangles, twin, LONG * edge)
         alive = collapse_short(points, triangles, twin, SHORT * edge, LONG * edge)
@@ -90,7 +90,7 @@ def remesh_evenly(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
             flip_to_valence(points, triangles, twin, border)
         moved, normals = relax(points, triangles, border)
         inner = np.flatnonzero(~border)
-        there = ground.nearest_facing(moved[inner], normals[inner]).points
+        there = surface.nearest_facing(moved[inner], normals[inner]).points
         # What faces so may be far off, at the other end of a limb: a vertex that leaps there draws
         # triangles with it, which are divided, and leap in turn.
         far = np.linalg.norm(there - points[inner], axis=1) > LONGEST_MOVE * edge

@@ -13,7 +13,7 @@ from patterndb_sketch.retopo.draft.crossfield import CrossField
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
-from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.faces import SurfaceParts
 
 #: Where a field has no singularity, regions with a longer border, in diagonals, are cut by a
 #: further place. It is the longest loop that Takayama et al.'s program takes for a patch.
@@ -25,7 +25,7 @@ class RegularParts:
     """The parts of a surface on which a field has no singularity, as on a torus.
 
     Elsewhere singularities cut as finely as the shape asks for. at: (v,) of the field's mesh, is
-    this vertex on such a part? of_triangle: (t,) the part of each triangle of the ground.
+    this vertex on such a part? of_triangle: (t,) the part of each triangle of the surface.
     longest: by part, how long a region's border may be; infinite where there are singularities.
     """
 
@@ -34,23 +34,23 @@ class RegularParts:
     longest: NDArray[np.float64]
 
     @classmethod
-    def of(cls, field: CrossField, ground: Ground) -> RegularParts:
-        parts = GroundParts.of(ground)
-        part = parts.part[ground.nearest(field.mesh.vertices).triangles]
+    def of(cls, field: CrossField, surface: Ground) -> RegularParts:
+        parts = SurfaceParts.of(surface)
+        part = parts.part[surface.nearest(field.mesh.vertices).triangles]
         longest = np.empty(parts.parts)
         for k in range(parts.parts):
-            corners = ground.vertices[ground.triangles[parts.part == k]].reshape(-1, 3)
+            corners = surface.vertices[surface.triangles[parts.part == k]].reshape(-1, 3)
             longest[k] = LONGEST_LOOP * np.linalg.norm(np.ptp(corners, axis=0))
         longest[part[field.singular]] = np.inf
         return cls(np.isfinite(longest[part]), parts.part, longest)
 
 
-def has_long_patch(network: Network, ground: Ground, regular: RegularParts) -> bool:
+def has_long_patch(network: Network, surface: Ground, regular: RegularParts) -> bool:
     if not regular.at.any():
         return False
     for patch in network.patches.values():
         chains = [network.chains[half >> 1] for half in patch.loop]
-        at = ground.nearest(np.concatenate([chain.points for chain in chains])).triangles
+        at = surface.nearest(np.concatenate([chain.points for chain in chains])).triangles
         part = np.bincount(regular.of_triangle[at]).argmax()
         if sum(chain.length for chain in chains) > regular.longest[part]:
             return True
@@ -81,7 +81,7 @@ def seed_rings(field: CrossField, seeds: list[int]) -> list[int]:
     """A vertex of each part between drawn curves that no line begins in: of its border, or within
     it where it has none."""
     mesh = field.mesh
-    parts = GroundParts.of(mesh.ground)
+    parts = SurfaceParts.of(mesh.surface)
     of_vertex = np.full(len(mesh.vertices), -1)
     of_vertex[mesh.triangles.ravel()] = np.repeat(parts.part, 3)
     # Of a ring few lines would leave patches that go around it, which have no shape.
@@ -131,7 +131,7 @@ def _spread_along_rim(mesh: FieldMesh, own: NDArray[np.bool_]) -> list[int]:
 
 def _list_rims(mesh: FieldMesh) -> list[list[int]]:
     """The vertices around every border."""
-    border = mesh.ground.topology.border
+    border = mesh.surface.topology.border
     tail = mesh.triangles.ravel()[border]
     head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
     ahead = {int(a): int(b) for a, b in zip(tail, head, strict=True)}

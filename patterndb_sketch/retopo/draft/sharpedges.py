@@ -70,41 +70,41 @@ class SharpRule:
 AUTOMATIC = SharpRule()
 
 
-def find_sharp_edges(ground: Ground, edge: float, rule: SharpRule = AUTOMATIC) -> frozenset[Edge]:
+def find_sharp_edges(surface: Ground, edge: float, rule: SharpRule = AUTOMATIC) -> frozenset[Edge]:
     """Find the sharp edges of a surface.
 
     edge: target edge length of the quads, in the surface's unit: what is short is noise for them.
     Edges of which both ends are on a border are left to it; a chain that ends there is not open.
     """
-    border = find_border(ground)
-    ends, angle = measure_dihedrals(ground)
+    border = find_border(surface)
+    ends, angle = measure_dihedrals(surface)
     sharp = _pair_up(ends[angle > rule.angle])
     weak = _pair_up(ends[angle > rule.continued]) - sharp
     sharp = _join_gaps(sharp, weak)
-    sharp = _extend_straight(ground.vertices, sharp, weak - sharp)
+    sharp = _extend_straight(surface.vertices, sharp, weak - sharp)
     if rule.filtered:
-        sharp -= _find_rough(ground.vertices, sharp, ends, angle, edge)
+        sharp -= _find_rough(surface.vertices, sharp, ends, angle, edge)
     sharp = {(a, b) for a, b in sharp if not (a in border and b in border)}
-    return frozenset(_drop_short(ground.vertices, sharp, edge, border))
+    return frozenset(_drop_short(surface.vertices, sharp, edge, border))
 
 
-def find_border(ground: Ground) -> frozenset[int]:
+def find_border(surface: Ground) -> frozenset[int]:
     """Find the vertices on borders of a surface."""
-    sides = ground.topology.border
-    heads = ground.triangles[sides // 3, (sides % 3 + 1) % 3]
-    return frozenset(ground.triangles.ravel()[sides].tolist()) | frozenset(heads.tolist())
+    sides = surface.topology.border
+    heads = surface.triangles[sides // 3, (sides % 3 + 1) % 3]
+    return frozenset(surface.triangles.ravel()[sides].tolist()) | frozenset(heads.tolist())
 
 
-def measure_dihedrals(ground: Ground) -> tuple[NDArray[np.integer], Floats]:
+def measure_dihedrals(surface: Ground) -> tuple[NDArray[np.integer], Floats]:
     """Return (e, 2) the vertices of the inner edges, the lower first, and (e,) their dihedrals in
     degrees."""
-    across = ground.topology.across
+    across = surface.topology.across
     side = np.flatnonzero((across >= 0) & (np.arange(len(across)) < across))
-    corner = ground.vertices[ground.triangles]
+    corner = surface.vertices[surface.triangles]
     normal = units(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))
     cosine = np.einsum("ec,ec->e", normal[side // 3], normal[across[side] // 3])
-    tail = ground.triangles.ravel()[side]
-    head = ground.triangles[side // 3, (side % 3 + 1) % 3]
+    tail = surface.triangles.ravel()[side]
+    head = surface.triangles[side // 3, (side % 3 + 1) % 3]
     ends = np.sort(np.stack([tail, head], axis=1), axis=1)
     return ends, np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
 

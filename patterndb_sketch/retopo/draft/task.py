@@ -25,7 +25,8 @@ IN_VAIN_BY_HALVES = 2000
 
 @dataclass(slots=True)
 class DraftBudget:
-    """How many quads of unsound drafts may yet be made, counted on the ground that is worked on."""
+    """How many quads of unsound drafts may yet be made, counted on the surface that is worked
+    on."""
 
     left: float = MOST_IN_VAIN
 
@@ -58,15 +59,15 @@ class DraftGoal:
     closed: bool = False
     strict: bool = False
 
-    def count_quads(self, ground: Ground) -> float | None:
-        """Return how many quads a ground is to have, None if no number is wanted."""
-        return None if self.quad is None else float(ground.surface.areas.sum()) / self.quad**2
+    def count_quads(self, surface: Ground) -> float | None:
+        """Return how many quads a surface is to have, None if no number is wanted."""
+        return None if self.quad is None else float(surface.surface.areas.sum()) / self.quad**2
 
-    def allow_off(self, ground: Ground) -> float:
-        """Return how far off a ground quads may be, in its diagonals."""
+    def allow_off(self, surface: Ground) -> float:
+        """Return how far off a surface quads may be, in its diagonals."""
         if self.quad is None:
             return MOST_OFF
-        return max(MOST_OFF, OFF_IN_EDGES * self.quad / ground.diagonal)
+        return max(MOST_OFF, OFF_IN_EDGES * self.quad / surface.diagonal)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -75,13 +76,13 @@ class DraftTask:
 
     network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
     on which lines end; what patches cover stays as it is.
-    half: that the ground is of a symmetric surface, if it is one: quads are fitted to both sides,
+    half: that the surface is of a symmetric surface, if it is one: quads are fitted to both sides,
     and reports are about both.
     budget: when it is spent, no other setting is tried.
     """
 
     network: Network
-    ground: Ground
+    surface: Ground
     sizes: Sizes
     source: PatternSource
     half: Half | None = None

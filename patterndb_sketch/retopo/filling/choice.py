@@ -74,7 +74,7 @@ def pattern_code(fill: Fill) -> bytes:
 
 @dataclass(frozen=True, slots=True)
 class Flow:
-    """A line along which the user wants edges to run: points (n, 3) on the ground, as bytes."""
+    """A line along which the user wants edges to run: points (n, 3) on the surface, as bytes."""
 
     line: bytes = field(repr=False)
 

@@ -262,7 +262,7 @@ SAGITTA = 0.125
 #: however straight the curves are. Below 1.5 irregular vertices multiply.
 STRETCH = 1.6
 
-#: Steps in which curvature is measured, to a target edge: finer ones measure the ground's
+#: Steps in which curvature is measured, to a target edge: finer ones measure the surface's
 #: triangles.
 STEPS = 4
 

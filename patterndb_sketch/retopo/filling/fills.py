@@ -72,7 +72,7 @@ def rank_fills(
 
 
 def fill_patch(
-    network: Network, ground: Ground, source: PatternSource, patch: int
+    network: Network, surface: Ground, source: PatternSource, patch: int
 ) -> tuple[Network, PlacedPatch]:
     """The network with a fill for a patch that suits its counts, and the fill placed.
 
@@ -81,20 +81,20 @@ def fill_patch(
     """
     at = network.patches[patch]
     if has_suitable_fill(network, at):
-        return network, _place(network, ground, at)
+        return network, _place(network, surface, at)
     former = filling_of(at)
     listed = rank_fills(network, at, source)
     if former.choice is not None and former.choice.by == "user":
         for fill in listed:
             if pattern_code(fill) == former.choice.code:
                 network = _with_fill(network, at, fill, "user")
-                return network, _place(network, ground, network.patches[patch])
+                return network, _place(network, surface, network.patches[patch])
         listed = rank_fills(network, at, source)
     best: tuple[Network, PlacedPatch] | None = None
     quads = 0
     for _, fill in zip(range(PLACED), listed, strict=False):
         tried = _with_fill(network, at, fill, "program")
-        shown = _place(tried, ground, tried.patches[patch])
+        shown = _place(tried, surface, tried.patches[patch])
         if best is None or len(shown.flipped) < len(best[1].flipped):
             best = tried, shown
         quads += fill.n_quads
@@ -109,7 +109,7 @@ def fill_patch(
 
 
 def fill_between(
-    network: Network, ground: Ground, source: PatternSource, patch: int
+    network: Network, surface: Ground, source: PatternSource, patch: int
 ) -> tuple[Network, PlacedPatch]:
     """The network with the first fill of a patch, placed by :func:`place_between`.
 
@@ -120,7 +120,7 @@ def fill_between(
     if fill is None:
         raise RefusedError(f"patch {patch} has no fill that follows its flow lines")
     network = _with_fill(network, at, fill, "program")
-    return network, place_between(network, ground, network.patches[patch])
+    return network, place_between(network, surface, network.patches[patch])
 
 
 def release_vertices(before: Network, after: Network) -> Network:
@@ -189,9 +189,9 @@ def clear_flows(network: Network, patch: int) -> Network:
     return set_choice(network, patch, None)
 
 
-def _place(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
+def _place(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
     with _refuse_errors(patch):
-        return place_fill(network, ground, patch)
+        return place_fill(network, surface, patch)
 
 
 @contextmanager

@@ -80,12 +80,12 @@ class PlacedCache:
 
 def fill_network(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     edge: float,
     cache: PlacedCache | None = None,
 ) -> FilledNetwork:
-    """The network with counts and fills for all its patches, placed on the ground.
+    """The network with counts and fills for all its patches, placed on the surface.
 
     edge: target length of an edge. Counts and fills that are there stay where they suit. What
     has no quads, and why, is in the notes: patches without a fill, and those within which others
@@ -99,7 +99,7 @@ def fill_network(
         found = cache.get(network, network.patches[patch])
         if found is None:
             try:
-                network, found = fill_patch(network, ground, source, patch)
+                network, found = fill_patch(network, surface, source, patch)
             except RefusedError as error:
                 told.append(str(error))
                 continue
@@ -109,7 +109,7 @@ def fill_network(
             what = count_places("a flipped quad", "flipped quads", found.find_flipped())
             told.append(f"patch {patch} has {what}")
     cache.trim(SPARE + 2 * len(network.patches))
-    for patch, other in find_islands(network, ground, placed).items():
+    for patch, other in find_islands(network, surface, placed).items():
         del placed[patch]
         what = "a face that was given" if other is None else f"patch {other}"
         told.append(

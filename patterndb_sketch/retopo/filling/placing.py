@@ -1,7 +1,7 @@
-"""Place the vertices of a patch's fill on the ground.
+"""Place the vertices of a patch's fill on the surface.
 
 Boundary vertices divide the network's curves; interior ones are at rest under rounds of
-smoothing and projection (:mod:`query.placing`). Only the ground within the patch is looked at.
+smoothing and projection (:mod:`query.placing`). Only the surface within the patch is looked at.
 """
 
 from __future__ import annotations
@@ -73,19 +73,19 @@ def divide_half_chain(network: Network, half: HalfChain) -> tuple[Points, Points
     return (points[::-1], normals[::-1]) if half & 1 else (points, normals)
 
 
-def lay_border(network: Network, patch: Patch, ground: Ground) -> Points:
-    """(P, 3) points around a patch, from its first corner on, each on the ground.
+def lay_border(network: Network, patch: Patch, surface: Ground) -> Points:
+    """(P, 3) points around a patch, from its first corner on, each on the surface.
 
-    Between its samples a chain cuts across the ground's edges; points of it are taken to the
+    Between its samples a chain cuts across the surface's edges; points of it are taken to the
     nearest triangle that faces as they do, each by itself, so that both sides still share them.
-    Nodes are on the ground already, and what is on the plane of symmetry stays there exactly.
+    Nodes are on the surface already, and what is on the plane of symmetry stays there exactly.
     """
     parts: list[Points] = []
     for half in patch.loop:
         points, normals = divide_half_chain(network, half)
         points, normals = points[:-1].copy(), normals[:-1]
         if len(points) > 1 and SYMMETRY not in network.chains[half >> 1].marks:
-            points[1:] = ground.nearest_facing(points[1:], normals[1:]).points
+            points[1:] = surface.nearest_facing(points[1:], normals[1:]).points
         parts.append(points)
     return np.concatenate(parts)
 
@@ -112,7 +112,7 @@ def name_border_vertices(network: Network, patch: Patch) -> list[tuple[int, int]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedPatch:
-    """A patch's quads on the ground.
+    """A patch's quads on the surface.
 
     quads:   (q, 4) int32, counter-clockwise; boundary vertices are 0..P - 1 from the patch's
              first corner on. vertices, normals: (v, 3) float64, normals of unit length.
@@ -139,13 +139,13 @@ def is_as_given(patch: Patch) -> bool:
     return choice is not None and len(filling.moved_vertices[0]) == choice.n_vertices
 
 
-def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
-    """The quads of a patch, which must have a choice that its counts suit, on the ground.
+def place_fill(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
+    """The quads of a patch, which must have a choice that its counts suit, on the surface.
 
     Differs from the paper: smoothing and projection alternate until nothing moves by more than
     1e-4 of the patch's diagonal, tangentially and to the least sum of squared edges, and
     flipped quads are untangled where that can be. Raises RefusedError for a patch that is no disk
-    of the ground.
+    of the surface.
     """
     filling: Filling = patch.choice
     choice = filling.choice
@@ -159,32 +159,32 @@ def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     elif len(which) and np.array_equal(which, np.arange(choice.perimeter, choice.n_vertices)):
         # All that is within is held: the border alone follows the curves.
         vertices, at_rest = np.empty((choice.n_vertices, 3)), True
-        vertices[: choice.perimeter] = lay_border(network, patch, ground)
+        vertices[: choice.perimeter] = lay_border(network, patch, surface)
     else:
-        points = lay_border(network, patch, ground)
-        region = enclose_region(ground.surface, points)
-        why = explain_region(ground, region, points)
+        points = lay_border(network, patch, surface)
+        region = enclose_region(surface.surface, points)
+        why = explain_region(surface, region, points)
         if why is not None:
             raise RefusedError(f"patch {patch.id} has no quads: {why}")
         found = place(fill_of(choice), points, region)
         if not len(which):
-            normals = ground.nearest(found.vertices).normals
+            normals = surface.nearest(found.vertices).normals
             return PlacedPatch(
                 quads, found.vertices, normals, choice.perimeter, found.flipped, found.at_rest
             )
         vertices, at_rest = found.vertices.copy(), found.at_rest
     vertices[which] = at
-    normals = ground.nearest(vertices).normals
+    normals = surface.nearest(vertices).normals
     wrong = np.flatnonzero(flipped(quads, vertices, normals)).astype(np.int32)
     return PlacedPatch(quads, vertices, normals, choice.perimeter, wrong, at_rest)
 
 
-def place_between(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
+def place_between(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
     """The quads of a patch, which must have a choice, with its inner vertices between those on its
-    border, each projected by itself: without asking whether the patch is a disk of the ground.
+    border, each projected by itself: without asking whether the patch is a disk of the surface.
 
     It is where quads begin that are fitted as a whole; on thin plates and rings paths over the
-    ground from one vertex of the border to the next cross each other, and enclose nothing.
+    surface from one vertex of the border to the next cross each other, and enclose nothing.
     """
     filling: Filling = patch.choice
     choice = filling.choice
@@ -192,10 +192,10 @@ def place_between(network: Network, ground: Ground, patch: Patch) -> PlacedPatch
         raise ValueError(f"patch {patch.id} has no fill yet")
     n = choice.perimeter
     neighbours = Neighbours.of(choice.faces, choice.n_vertices, n)
-    points = solve_harmonic(neighbours, lay_border(network, patch, ground))
+    points = solve_harmonic(neighbours, lay_border(network, patch, surface))
     up = solve_harmonic(neighbours, trace_border(network, patch)[1])
     if choice.n_vertices > n:
-        there = ground.nearest_facing(points[n:], units(up[n:]))
+        there = surface.nearest_facing(points[n:], units(up[n:]))
         points[n:], up[n:] = there.points, there.normals
     wrong = np.flatnonzero(flipped(choice.faces, points, up)).astype(np.int32)
     return PlacedPatch(choice.faces, points, up, choice.perimeter, wrong, True)

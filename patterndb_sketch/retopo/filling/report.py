@@ -1,4 +1,4 @@
-"""Report what a mesh of quads is like, how far it is from its ground, and what is left open."""
+"""Report what a mesh of quads is like, how far it is from its surface, and what is left open."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from patterndb_sketch.retopo.filling.mesh import (
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import HalfChain, Network, walk_face
 
-#: Samples along an edge of a quad, or of a triangle of the ground, for distances.
+#: Samples along an edge of a quad, or of a triangle of the surface, for distances.
 SAMPLES = 4
 
 
@@ -34,8 +34,8 @@ class Report:
     irregular: how many vertices have so many faces where 4 inside, or 2 on the border, is regular.
     flipped:   quads clockwise seen from outside. open_edges: with one face. tangled: edges with
                more than two, or that two faces pass the same way. euler: vertices - edges + faces.
-    to_ground, from_ground: greatest distance of the quads from the ground, and of the ground from
-               the quads, as parts of the ground's diagonal.
+    to_ground, from_ground: greatest distance of the quads from the surface, and of the surface from
+               the quads, as parts of the surface's diagonal.
     """
 
     patches: dict[int, int]
@@ -52,7 +52,7 @@ class Report:
     from_ground: float
 
 
-def report_mesh(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = None) -> Report:
+def report_mesh(found: FilledNetwork, surface: Ground, mesh: RetopoMesh | None = None) -> Report:
     """What the mesh of a filled network is like."""
     mesh = weld_fills(found) if mesh is None else mesh
     corners: dict[int, int] = {}
@@ -65,7 +65,7 @@ def report_mesh(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = 
     low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
     edges, uses = np.unique((low << 32) | high, return_counts=True)
     twice = len(directed) - len(np.unique(directed))
-    to_ground, from_ground = hausdorff(mesh.vertices, mesh.quads, ground, mesh.kept)
+    to_ground, from_ground = hausdorff(mesh.vertices, mesh.quads, surface, mesh.kept)
     return Report(
         patches=dict(sorted(corners.items())),
         unfilled=len(found.network.patches) - len(found.placed),
@@ -116,11 +116,11 @@ def find_open_loops(network: Network) -> list[OpenLoop]:
 def hausdorff(
     vertices: Points,
     quads: np.ndarray,
-    ground: Ground,
+    surface: Ground,
     others: Sequence[Sequence[int]] = (),
 ) -> tuple[float, float]:
-    """The greatest distance from quads (q, 4) to the ground, and from the ground to the quads, as
-    parts of the ground's diagonal; at samples.
+    """The greatest distance from quads (q, 4) to the surface, and from the surface to the quads, as
+    parts of the surface's diagonal; at samples.
 
     A quad is taken as the two triangles at its shorter diagonal, another face as a fan from its
     first vertex. Both 1.0 without quads.
@@ -128,12 +128,12 @@ def hausdorff(
     if len(quads) == 0:
         return 1.0, 1.0
     triangles = np.concatenate([cut_quads(vertices, quads), cut_fans(others)])
-    surface = Surface.from_arrays(vertices, triangles)
-    there = _sample_triangles(surface.vertices[surface.triangles])
-    out = float(np.linalg.norm(ground.nearest(there).points - there, axis=1).max())
-    here = _sample_triangles(ground.vertices[ground.triangles])
-    back = float(np.linalg.norm(surface.nearest(here).points - here, axis=1).max())
-    return out / ground.diagonal, back / ground.diagonal
+    cover = Surface.from_arrays(vertices, triangles)
+    there = _sample_triangles(cover.vertices[cover.triangles])
+    out = float(np.linalg.norm(surface.nearest(there).points - there, axis=1).max())
+    here = _sample_triangles(surface.vertices[surface.triangles])
+    back = float(np.linalg.norm(cover.nearest(here).points - here, axis=1).max())
+    return out / surface.diagonal, back / surface.diagonal
 
 
 def cut_quads(vertices: Points, quads: np.ndarray) -> np.ndarray:

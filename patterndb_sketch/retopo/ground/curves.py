@@ -1,4 +1,4 @@
-"""Curves on the ground: strokes, even and smooth, and traces, exact from side to side."""
+"""Curves on the surface: strokes, even and smooth, and traces, exact from side to side."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, as_points, units
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.sizes import Sizes
 
 #: Rounds of smoothing that take the jitter of a hand out of a stroke. Source: the released
@@ -20,11 +20,11 @@ ROUNDS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GroundStroke:
-    """A polyline on the ground.
+class SurfaceCurve:
+    """A polyline on the surface.
 
     points:  (n, 3) float64; a closed one does not repeat its first point.
-    normals: (n, 3) float64 unit normals of the ground there.
+    normals: (n, 3) float64 unit normals of the surface there.
     closed:  does it run back to its first point?
     missed:  how many of its points had no hit along their normals when they were projected, and
              were taken to the nearest point instead.
@@ -44,14 +44,14 @@ class GroundStroke:
 
 def clean_stroke(
     points: ArrayLike,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     closed: bool | None = None,
     normals: ArrayLike | None = None,
-) -> GroundStroke:
-    """A stroke as it was drawn, (k, 3) points on or near the ground, made even and smooth.
+) -> SurfaceCurve:
+    """A stroke as it was drawn, (k, 3) points on or near the surface, made even and smooth.
 
-    normals: (k, 3) the ground's normals where it was drawn, as picking gives them; without
+    normals: (k, 3) the surface's normals where it was drawn, as picking gives them; without
     them those of the nearest points are taken, which may be the other side of a thin part.
     closed: None to find out: it is if its ends are within the snap radius of each other, and
     it was further away in between.
@@ -65,7 +65,7 @@ def clean_stroke(
     """
     drawn = as_points(points, "a stroke's points", InvalidRetopoError)
     if normals is None:
-        up = ground.nearest(drawn).normals if len(drawn) else drawn
+        up = surface.nearest(drawn).normals if len(drawn) else drawn
     else:
         up = as_points(normals, "a stroke's normals", InvalidRetopoError)
     if len(up) != len(drawn):
@@ -86,8 +86,8 @@ def clean_stroke(
     even = at_lengths(drawn, wanted)
     turned = np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1)
     even = smooth_polyline(even, ROUNDS, closed)
-    done = ground.project_near(even, units(turned), sizes)
-    return GroundStroke(done.points, done.normals, closed, len(done.missed) + len(done.lost))
+    done = surface.project_near(even, units(turned), sizes)
+    return SurfaceCurve(done.points, done.normals, closed, len(done.missed) + len(done.lost))
 
 
 def is_closing(points: Points, snap: float) -> bool:
@@ -155,8 +155,8 @@ class Trace:
     def length(self) -> float:
         return float(arc_length(self.round)[-1])
 
-    def feet(self, ground: Ground, lengths: Points) -> GroundPoints:
-        """Points on the ground at these arc lengths (k,) from its start, the ends beyond."""
+    def feet(self, surface: Ground, lengths: Points) -> SurfacePoints:
+        """Points on the surface at these arc lengths (k,) from its start, the ends beyond."""
         line = self.round
         along = arc_length(line)
         wanted = np.clip(np.asarray(lengths, np.float64), 0.0, along[-1])
@@ -165,24 +165,24 @@ class Trace:
         share = np.where(step > 0.0, (wanted - along[k]) / np.where(step > 0.0, step, 1.0), 0.0)
         points = line[k] + share[:, None] * (line[k + 1] - line[k])
         triangles = self.triangles[k]
-        found = ground.at(triangles, find_weights(ground, triangles, points))
-        return GroundPoints(points, found.normals, found.triangles, found.weights)
+        found = surface.at(triangles, find_weights(surface, triangles, points))
+        return SurfacePoints(points, found.normals, found.triangles, found.weights)
 
-    def sample(self, ground: Ground, sampling: float) -> GroundStroke:
+    def sample(self, surface: Ground, sampling: float) -> SurfaceCurve:
         """At equal arc length, about ``sampling`` apart, at least 3 points; ends exact."""
         length = self.length
         edges = max(3 if self.closed else 2, round(length / sampling))
         lengths = np.linspace(0.0, length, edges + 1)
-        feet = self.feet(ground, lengths[:-1] if self.closed else lengths)
+        feet = self.feet(surface, lengths[:-1] if self.closed else lengths)
         points = feet.points.copy()
         if not self.closed:
             points[0], points[-1] = self.points[0], self.points[-1]
-        return GroundStroke(points, feet.normals, self.closed)
+        return SurfaceCurve(points, feet.normals, self.closed)
 
 
-def find_weights(ground: Ground, triangles: Int32Array, points: Points) -> Points:
+def find_weights(surface: Ground, triangles: Int32Array, points: Points) -> Points:
     """(n, 3) barycentric weights of points (n, 3) in the planes of triangles (n,), none below 0."""
-    corner = ground.vertices[ground.triangles[triangles]]
+    corner = surface.vertices[surface.triangles[triangles]]
     u, v = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     p = points - corner[:, 0]
     normal = np.cross(u, v)

@@ -1,4 +1,4 @@
-"""Shortest paths over the ground."""
+"""Shortest paths over the surface."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.ground.topology import GroundTopology
 
 
-def trace_geodesic(ground: Ground, start: GroundPoints, end: GroundPoints) -> Trace:
-    """The locally shortest path over the ground from one point (one foot) to another.
+def trace_geodesic(surface: Ground, start: SurfacePoints, end: SurfacePoints) -> Trace:
+    """The locally shortest path over the surface from one point (one foot) to another.
 
     It is straight within triangles and, laid flat, across edges; at a vertex that it passes
     neither side is narrower than a straight angle, to 1e-8 radians. No path near it is
     shorter; one that goes round the other side of a hill may be. Edges of more than two
     triangles may be crossed from any to any, but paths do not slide round vertices over them.
     Raises InvalidRetopoError unless each is one foot; RefusedError if both are at one place,
-    or on parts of the ground that do not hang together.
+    or on parts of the surface that do not hang together.
 
     Source: Xin and Wang 2007, "Efficiently Determining a Locally Exact Shortest Path on
     Polyhedral Surfaces". Differs from the paper: the first way is found over the middles of
@@ -40,7 +40,7 @@ def trace_geodesic(ground: Ground, start: GroundPoints, end: GroundPoints) -> Tr
             )
     if (start.points == end.points).all():
         raise RefusedError("a path needs two points at different places")
-    vertices, triangles, topology = ground.vertices, ground.triangles, ground.topology
+    vertices, triangles, topology = surface.vertices, surface.triangles, surface.topology
     first, last = start.triangles[:1], end.triangles[:1]
     both = np.concatenate([start.points, end.points])
     if first[0] == last[0]:

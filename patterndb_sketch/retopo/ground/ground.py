@@ -1,4 +1,4 @@
-"""The ground: the surface of triangles that curves and quads lie on."""
+"""The surface: the surface of triangles that curves and quads lie on."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.wording import format_place
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GroundPoints:
+class SurfacePoints:
     """Points on the surface.
 
     points: (n, 3) float64. normals: (n, 3) float64 unit normals, interpolated between the
@@ -36,9 +36,9 @@ class GroundPoints:
     def __len__(self) -> int:
         return len(self.points)
 
-    def __getitem__(self, which: slice | NDArray[np.integer] | NDArray[np.bool_]) -> GroundPoints:
+    def __getitem__(self, which: slice | NDArray[np.integer] | NDArray[np.bool_]) -> SurfacePoints:
         """Some of them, by a slice or an index array; for one take ``feet[i : i + 1]``."""
-        return GroundPoints(
+        return SurfacePoints(
             self.points[which], self.normals[which], self.triangles[which], self.weights[which]
         )
 
@@ -54,7 +54,7 @@ class ProjectedPoints:
             whole surface faces as the normal does: they are at the nearest point of all.
     """
 
-    feet: GroundPoints
+    feet: SurfacePoints
     missed: Int32Array
     lost: Int32Array
 
@@ -81,7 +81,7 @@ class Ground:
     surface:  the triangles, with vertex normals and a tree of boxes.
     topology: what lies beside what.
     diagonal: length of the diagonal of its box.
-    vertex:   (v,) int32, the ground's number of every vertex given: vertices at one place are
+    vertex:   (v,) int32, the surface's number of every vertex given: vertices at one place are
               one, as files that keep a vertex per texture or normal mean it.
     dropped:  how many triangles had no area, and were left out.
     turned:   how many were turned over, so that all are turned alike; see :mod:`.orientation`.
@@ -148,7 +148,7 @@ class Ground:
         return cls.of(surface.vertices, surface.triangles)
 
     def is_same(self, other: Ground) -> bool:
-        """Has another ground the same vertices and triangles?"""
+        """Has another surface the same vertices and triangles?"""
         return np.array_equal(self.vertices, other.vertices) and np.array_equal(
             self.triangles, other.triangles
         )
@@ -168,15 +168,15 @@ class Ground:
         """(v, 3) float64 unit normals of the vertices."""
         return self.surface.normals
 
-    def at(self, triangles: Int32Array, weights: Points) -> GroundPoints:
+    def at(self, triangles: Int32Array, weights: Points) -> SurfacePoints:
         """The points with these barycentric weights (n, 3) on these triangles (n,)."""
         triangles = np.asarray(triangles, np.int32)
         corner = self.surface.triangles[triangles]
         points = np.einsum("ne,nec->nc", weights, self.surface.vertices[corner])
         normals = units(np.einsum("ne,nec->nc", weights, self.surface.normals[corner]))
-        return GroundPoints(points, normals, triangles, np.ascontiguousarray(weights))
+        return SurfacePoints(points, normals, triangles, np.ascontiguousarray(weights))
 
-    def nearest(self, points: ArrayLike) -> GroundPoints:
+    def nearest(self, points: ArrayLike) -> SurfacePoints:
         """The points of the surface nearest to (n, 3) points."""
         at = _three(points, "points")
         return self.at(*self.surface.located(at))
@@ -194,7 +194,7 @@ class Ground:
         return ProjectedPoints(self.at(triangle, weights), np.empty(0, np.int32), lost)
 
     def project_near(self, points: ArrayLike, normals: ArrayLike, sizes: Sizes) -> ProjectedPoints:
-        """Points (n, 3) that lie nearly on the ground, as those of a curve that was smoothed or
+        """Points (n, 3) that lie nearly on the surface, as those of a curve that was smoothed or
         cut short between places on it, taken along their normals; see :meth:`project`.
 
         A hit much further off than the nearest point that faces so is on another part: in a

@@ -1,4 +1,4 @@
-"""Local parameterisation: (u, v) spread over the ground from a stroke or a point.
+"""Local parameterisation: (u, v) spread over the surface from a stroke or a point.
 
 A discrete exponential map. Source: Schmidt 2013, "Stroke Parameterization", as Takayama et
 al. 2013 and their released program use it.
@@ -22,7 +22,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
 
 #: A triangle with an edge this many times as long in (u, v) as it is lies where two fronts met,
 #: as on the back of a thin limb.
@@ -66,16 +66,16 @@ class MapExtent:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LocalMap:
-    """(u, v) of a part of the ground: v along the stroke, u to its right seen from outside.
+    """(u, v) of a part of the surface: v along the stroke, u to its right seen from outside.
 
-    vertices:  (m,) int32, the ground's vertices that have (u, v), the nearest first.
+    vertices:  (m,) int32, the surface's vertices that have (u, v), the nearest first.
     uv:        (m, 2) float64.
     distance:  (m,) float64 along edges from the seeds.
-    triangles: (k,) int32 ascending, the ground's triangles with (u, v) at all three corners.
+    triangles: (k,) int32 ascending, the surface's triangles with (u, v) at all three corners.
     corners:   (k, 3) int32, their corners as places in ``vertices``.
     """
 
-    ground: Ground
+    surface: Ground
     vertices: Int32Array
     uv: Points
     distance: NDArray[np.float64]
@@ -83,8 +83,8 @@ class LocalMap:
     corners: Int32Array
     _grid: tuple[Points, Int32Array, Int32Array]
 
-    def of(self, feet: GroundPoints) -> Points:
-        """(n, 2) the (u, v) of points on the ground; nan outside of the map."""
+    def of(self, feet: SurfacePoints) -> Points:
+        """(n, 2) the (u, v) of points on the surface; nan outside of the map."""
         result = np.full((len(feet), 2), np.nan)
         if len(self.triangles) == 0:
             return result
@@ -96,7 +96,7 @@ class LocalMap:
         return result
 
     def of_points(self, points: ArrayLike, normals: ArrayLike) -> Points:
-        """(n, 2) the (u, v) of (n, 3) points, with (n, 3) normals, on or near the ground.
+        """(n, 2) the (u, v) of (n, 3) points, with (n, 3) normals, on or near the surface.
 
         Each is taken to the nearest point that faces as it does; nan where that is outside of
         the map, and for points further from the map's box than half its diagonal, which cost
@@ -106,17 +106,17 @@ class LocalMap:
         result = np.full((len(at), 2), np.nan)
         if len(self.vertices) == 0:
             return result
-        mapped = self.ground.vertices[self.vertices]
+        mapped = self.surface.vertices[self.vertices]
         low, high = mapped.min(axis=0), mapped.max(axis=0)
         room = 0.5 * float(np.linalg.norm(high - low))
         near = np.flatnonzero(((at >= low - room) & (at <= high + room)).all(axis=1))
-        there = self.ground.nearest_facing(at[near], up[near])
+        there = self.surface.nearest_facing(at[near], up[near])
         result[near] = self.of(there.feet)
         result[near[there.lost]] = np.nan
         return result
 
-    def at(self, uv: ArrayLike) -> tuple[GroundPoints, NDArray[np.bool_]]:
-        """Points of the ground with these (u, v), (n, 2), and (n,) whether there is one.
+    def at(self, uv: ArrayLike) -> tuple[SurfacePoints, NDArray[np.bool_]]:
+        """Points of the surface with these (u, v), (n, 2), and (n,) whether there is one.
 
         Where the map lies over itself the one nearest to the seeds. Where there is none the
         foot is nan, its triangle -1.
@@ -127,17 +127,17 @@ class LocalMap:
         place, weights = find_containing(self.uv, self.corners, self.distance, *self._grid, wanted)
         found = place >= 0
         n = len(wanted)
-        feet = GroundPoints(
+        feet = SurfacePoints(
             np.full((n, 3), np.nan), np.full((n, 3), np.nan), np.full(n, -1, np.int32), weights
         )
-        on = self.ground.at(self.triangles[place[found]], weights[found])
+        on = self.surface.at(self.triangles[place[found]], weights[found])
         feet.points[found], feet.normals[found] = on.points, on.normals
         feet.triangles[found] = on.triangles
         return feet, found
 
 
 def spread_map(
-    ground: Ground, seeds: GroundPoints, tangents: ArrayLike, window: MapExtent
+    surface: Ground, seeds: SurfacePoints, tangents: ArrayLike, window: MapExtent
 ) -> LocalMap:
     """The map spread from a stroke's points (n >= 1), or from one point.
 
@@ -163,14 +163,14 @@ def spread_map(
             "of the stroke there"
         )
     right = np.cross(along / size[:, None], up)
-    vertices, uv, axes, distance = _seed_vertices(ground, seeds, right)
+    vertices, uv, axes, distance = _seed_vertices(surface, seeds, right)
     low = np.array([window.u[0], window.v[0]])
     high = np.array([window.u[1], window.v[1]])
     found, uv, distance = spread_front(
-        ground.vertices,
-        ground.normals,
-        ground.topology.star_start,
-        ground.topology.star,
+        surface.vertices,
+        surface.normals,
+        surface.topology.star_start,
+        surface.topology.star,
         vertices,
         uv,
         axes,
@@ -179,21 +179,21 @@ def spread_map(
         low,
         high,
     )
-    triangles, corners = find_mapped(ground.triangles, ground.vertices, found, uv, TORN)
-    return LocalMap(ground, found, uv, distance, triangles, corners, file_triangles(uv, corners))
+    triangles, corners = find_mapped(surface.triangles, surface.vertices, found, uv, TORN)
+    return LocalMap(surface, found, uv, distance, triangles, corners, file_triangles(uv, corners))
 
 
 def _seed_vertices(
-    ground: Ground, seeds: GroundPoints, right: Points
+    surface: Ground, seeds: SurfacePoints, right: Points
 ) -> tuple[Int32Array, Points, Points, NDArray[np.float64]]:
     """The vertices nearest to the seeds, with (u, v), u axes and distances: means over all the
     seeds of a vertex. right (n, 3): the seeds' own u axes."""
     n = len(seeds)
     corner = seeds.weights.argmax(axis=1)
-    vertex = ground.triangles[seeds.triangles, corner]
+    vertex = surface.triangles[seeds.triangles, corner]
     # Every seed hands on to its vertex what a vertex hands on to its neighbour.
-    places = np.concatenate([seeds.points, ground.vertices[vertex]])
-    normals = np.concatenate([seeds.normals, ground.normals[vertex]])
+    places = np.concatenate([seeds.points, surface.vertices[vertex]])
+    normals = np.concatenate([seeds.normals, surface.normals[vertex]])
     axes = np.concatenate([right, right])
     uv = np.stack([np.zeros(n), arc_length(seeds.points)], axis=1)
     offset = np.linalg.norm(places[n:] - places[:n], axis=1)

@@ -1,4 +1,4 @@
-"""Cuts of the ground by a plane."""
+"""Cuts of the surface by a plane."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
 
 #: Vertices this near to the plane, as a part of the diagonal, are on it: what is lost of a
 #: coordinate in a dot product.
@@ -20,20 +20,20 @@ TOUCHES = "the plane only touches the surface there; turn it a little"
 
 
 def cut_by_plane(
-    ground: Ground, start: GroundPoints, normal: ArrayLike, limit: float | None = None
+    surface: Ground, start: SurfacePoints, normal: ArrayLike, limit: float | None = None
 ) -> Trace:
-    """The curve in which a plane cuts the ground, followed from one of its points.
+    """The curve in which a plane cuts the surface, followed from one of its points.
 
     start: one foot, which the plane goes through; normal: (3,) the plane's, of any length. The
-    curve is followed both ways: it closes, or ends at the borders of the ground on both sides.
-    The half of the ground that the normal points to lies on its left, seen from outside.
+    curve is followed both ways: it closes, or ends at the borders of the surface on both sides.
+    The half of the surface that the normal points to lies on its left, seen from outside.
     limit: length at which it is given up (the released program of Takayama et al. 2013 takes
     10 times the user's line).
 
     A vertex on the plane counts as on the normal's side, so that the curve never branches; a
     facet in the plane is passed along its rim, on the side away from the normal.
     Raises InvalidRetopoError for no foot or no direction; RefusedError if it gets longer than
-    the limit, or if the plane only touches the ground there.
+    the limit, or if the plane only touches the surface there.
 
     Differs from the program: exact from side to side of the triangles;
     :meth:`Trace.sample` has it at even steps, not at 9 points from crossing to crossing.
@@ -45,13 +45,13 @@ def cut_by_plane(
         )
     if len(start) != 1 or start.triangles[0] < 0:
         raise InvalidRetopoError(f"a cut starts at one point of the surface, not {len(start)}")
-    height = (ground.vertices - start.points[0]) @ (across / np.linalg.norm(across))
-    height[np.abs(height) < ON_PLANE * ground.diagonal] = 0.0
-    first = _find_first_cut(ground, height, start)
+    height = (surface.vertices - start.points[0]) @ (across / np.linalg.norm(across))
+    height[np.abs(height) < ON_PLANE * surface.diagonal] = 0.0
+    first = _find_first_cut(surface, height, start)
     if first < 0:
         raise RefusedError(TOUCHES)
     most = np.inf if limit is None else float(limit)
-    vertices, triangles, across = ground.vertices, ground.triangles, ground.topology.across
+    vertices, triangles, across = surface.vertices, surface.triangles, surface.topology.across
     out, into = find_cut_sides(triangles, height, first)
     ahead, length, closed = follow_cut(vertices, triangles, across, height, out, most)
     held = np.roll(ahead // 3, -1)
@@ -83,10 +83,10 @@ def _drop_still_segments(points: Points, held: Int32Array, closed: bool) -> Trac
     return Trace(points[kept], held[moves], closed)
 
 
-def _find_first_cut(ground: Ground, height: NDArray[np.float64], start: GroundPoints) -> int:
+def _find_first_cut(surface: Ground, height: NDArray[np.float64], start: SurfacePoints) -> int:
     """The start's triangle, if the plane passes through it; else the nearest that it does among
     those joined to it by vertices on the plane; -1 without."""
-    triangles = ground.triangles
+    triangles = surface.triangles
     sign = height >= 0.0
     own = int(start.triangles[0])
     if sign[triangles[own]].any() and not sign[triangles[own]].all():
@@ -109,6 +109,6 @@ def _find_first_cut(ground: Ground, height: NDArray[np.float64], start: GroundPo
     middle = np.zeros((len(mixed), 3))
     for i, f in enumerate(mixed):
         for side in find_cut_sides(triangles, height, f):
-            middle[i] += 0.5 * place_crossing(ground.vertices, triangles, height, side)
+            middle[i] += 0.5 * place_crossing(surface.vertices, triangles, height, side)
     off = np.linalg.norm(middle - start.points[0], axis=1)
     return int(mixed[np.argmin(off)])

@@ -30,10 +30,10 @@ places::
     opened.flag(2 * left, False)       # the wedge on its left is passed straight
     network = opened.finish()        # patches are found again, only where something changed
 
-A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
-directions say, and :func:`count_genus` is never above the ground's :func:`count_handles`. What
-could only be drawn through another curve is refused. A network that knows its ground
-(``Network.ground``, set by tools that are given one) also sees the ends of limbs as patches.
+A network stays a drawing on its surface: both ends of a new chain go into one face, whatever
+directions say, and :func:`count_genus` is never above the surface's :func:`count_handles`. What
+could only be drawn through another curve is refused. A network that knows its surface
+(``Network.surface``, set by tools that are given one) also sees the ends of limbs as patches.
 
 Patches whose loops and corners an edit does not change keep their ids and choices.
 ``tools.stroke.insert`` is for curves that may cross others; it ends in the same calls.

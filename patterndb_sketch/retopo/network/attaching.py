@@ -254,10 +254,10 @@ def _find_common_face(opened: Attachable, one: _Wedges, two: _Wedges) -> tuple[i
 
 
 def _has_spare_handle(opened: Attachable, nodes: Mapping[int, Node]) -> bool:
-    """Has the ground a handle that the network does not go round yet? The last chain, which is
+    """Has the surface a handle that the network does not go round yet? The last chain, which is
     not among the ends of these nodes, does not count."""
-    ground = opened.before.ground
-    handles = 0 if ground is None else count_handles(ground)
+    surface = opened.before.surface
+    handles = 0 if surface is None else count_handles(surface)
     if not handles:
         return False
     ends = {half >> 1 for node in nodes.values() for half in node.ends}

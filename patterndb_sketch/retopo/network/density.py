@@ -1,8 +1,8 @@
-"""How dense quads shall be: brush strokes on the ground, and lengths measured with them.
+"""How dense quads shall be: brush strokes on the surface, and lengths measured with them.
 
 A density of 2 is edges half as long as the target, 0.5 edges twice as long. Where strokes lie over
 one another, a later one is laid over what the earlier ones gave. All is kept as strokes, not as
-values on the ground's vertices: a density is the same on any surface, and costs what was painted.
+values on the surface's vertices: a density is the same on any surface, and costs what was painted.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class BrushStroke:
     """What a brush was drawn along.
 
     starts, ends: (s, 3) float64, its segments; a click is one without length. normals: (s, 3) of
-    the ground there: what faces the other way, on the far side of a sheet, is not painted.
+    the surface there: what faces the other way, on the far side of a sheet, is not painted.
     radius: at which the brush ends; its effect falls evenly from the line to there.
     factor: that the density on the line is multiplied by, or, if it is set, what it is set to.
     """
@@ -132,7 +132,7 @@ class Density:
         return np.flatnonzero(over.all(axis=1)).tolist()
 
     def at(self, points: Points, normals: Points) -> NDArray[np.float64]:
-        """(n,) the density at points (n, 3) of the ground with normals (n, 3)."""
+        """(n,) the density at points (n, 3) of the surface with normals (n, 3)."""
         found = np.zeros(len(points))
         for k in self._number_over(points) if len(points) else ():
             stroke, (low, high) = self.strokes[k], self._boxes[k]

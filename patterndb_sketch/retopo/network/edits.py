@@ -104,16 +104,16 @@ def set_choice(network: Network, patch: int, choice: Any) -> Network:
     return replace(network, patches={**network.patches, patch: new})
 
 
-def add_borders(network: Network, ground: Ground, sampling: float) -> Network:
-    """The network with every border of the ground as a closed chain, marked beyond it.
+def add_borders(network: Network, surface: Ground, sampling: float) -> Network:
+    """The network with every border of the surface as a closed chain, marked beyond it.
 
     sampling: greatest distance of neighbouring samples; the border's vertices are among them.
     The surface is on the left of the chains, and never a patch on their right. From then on the
-    network knows the ground.
+    network knows the surface.
     """
-    opened = OpenNetwork(network, ground)
-    for loop in trace_borders(ground):
-        corners, up = ground.vertices[loop], ground.normals[loop]
+    opened = OpenNetwork(network, surface)
+    for loop in trace_borders(surface):
+        corners, up = surface.vertices[loop], surface.normals[loop]
         after, up_after = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
         lengths = np.linalg.norm(after - corners, axis=1)
         parts = [max(1, math.ceil(length / sampling)) for length in lengths]
@@ -127,17 +127,17 @@ def add_borders(network: Network, ground: Ground, sampling: float) -> Network:
     return opened.finish()
 
 
-def trace_borders(ground: Ground) -> list[Int32Array]:
-    """(k,) the vertices around every border of the ground, the surface on the left.
+def trace_borders(surface: Ground) -> list[Int32Array]:
+    """(k,) the vertices around every border of the surface, the surface on the left.
 
     At a vertex that several borders pass, each goes on along the triangles that it came by.
     Where neighbouring triangles are turned against each other, the first side tells the left.
     Borders of two sides, which only triangles on top of each other have, are left out.
     """
-    across, triangles = ground.topology.across, ground.triangles
+    across, triangles = surface.topology.across, surface.triangles
     seen: set[int] = set()
     loops: list[Int32Array] = []
-    for first in ground.topology.border:
+    for first in surface.topology.border:
         if int(first) in seen:
             continue
         side, along = int(first), True

@@ -103,8 +103,8 @@ Indices = NDArray[np.signedinteger[Any]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GroundParts:
-    """What hangs together on a ground, across its edges.
+class SurfaceParts:
+    """What hangs together on a surface, across its edges.
 
     part: (t,) the part of each triangle, 0 to parts - 1. fan: (3t,) the fan of triangles around a
     vertex that each corner belongs to, 0 to fans - 1: where parts touch in a vertex, it has
@@ -117,12 +117,12 @@ class GroundParts:
     fan: Indices
 
     @classmethod
-    def of(cls, ground: Ground) -> GroundParts:
-        """Of a ground, in linear time."""
-        return cls.of_triangles(ground.triangles, ground.topology.across)
+    def of(cls, surface: Ground) -> SurfaceParts:
+        """Of a surface, in linear time."""
+        return cls.of_triangles(surface.triangles, surface.topology.across)
 
     @classmethod
-    def of_triangles(cls, triangles: Int32Array, across: Int32Array) -> GroundParts:
+    def of_triangles(cls, triangles: Int32Array, across: Int32Array) -> SurfaceParts:
         """Of triangles (t, 3), and what is across their sides (3t,), -1 where that is nothing."""
         corner = triangles.ravel()
         # A corner is named by the side that begins there.
@@ -158,13 +158,13 @@ def _follow(side: Indices) -> Indices:
     return side - side % 3 + (side + 1) % 3
 
 
-def count_handles(ground: Ground) -> int:
+def count_handles(surface: Ground) -> int:
     """How many handles a surface has, in all its parts; borders count as closed by disks.
 
     Of each part V - E + F = 2 - 2 g. A vertex counts for every fan of triangles around it.
     """
-    found = GroundParts.of(ground)
-    across = ground.topology.across
+    found = SurfaceParts.of(surface)
+    across = surface.topology.across
     border = np.flatnonzero(across < 0)
     ends = found.fan[border], found.fan[_follow(border)]
     _, loop = _group_pairs(found.fans, *ends)

@@ -1,6 +1,6 @@
-"""The triangles of the ground on one side of curves, found by flooding from there.
+"""The triangles of the surface on one side of curves, found by flooding from there.
 
-Curves run over the ground and not along its edges, so a triangle is to their left, to their right,
+Curves run over the surface and not along its edges, so a triangle is to their left, to their right,
 or crossed. Flooding begins beside crossed triangles and does not pass them.
 """
 
@@ -16,10 +16,10 @@ from scipy.spatial import KDTree
 from patterndb._native.retopo.network.flooding import flood
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
-from patterndb_sketch.retopo.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 
 #: How often steps of a curve between triangles that do not touch are halved before the curve is
-#: taken to leave the ground there.
+#: taken to leave the surface there.
 HALVINGS = 12
 
 #: A triangle is beside a curve, for certain, if it is at more than this sine from its tangent.
@@ -28,7 +28,7 @@ CLEAR = 0.3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallGap:
-    """Where a curve leaves the ground: from one part of it to another that does not touch it.
+    """Where a curve leaves the surface: from one part of it to another that does not touch it.
 
     curve: which one. triangles: (2,) where it leaves, and where it is back. point: (3,) before.
     """
@@ -40,12 +40,12 @@ class WallGap:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Wall:
-    """Curves as walls on a ground.
+    """Curves as walls on a surface.
 
     crossed: (t,) bool, the triangles that they cross.
     points:  (n, 3) of them, lefts: (n, 3) unit directions to their left, curve: (n,) which one.
     beside:  (k,) triangles beside crossed ones.
-    gaps:    places where curves leave the ground, so that nothing stops there.
+    gaps:    places where curves leave the surface, so that nothing stops there.
     """
 
     crossed: NDArray[np.bool_]
@@ -56,25 +56,25 @@ class Wall:
     gaps: tuple[WallGap, ...] = ()
 
     def side_of(
-        self, ground: Ground, triangles: Int32Array
+        self, surface: Ground, triangles: Int32Array
     ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         """Of (k,) triangles the nearest of the points, and how far to the left of the curve their
         middles are there, as a sine: below 0 to the right."""
         if len(triangles) == 0:
             return np.empty(0, np.intp), np.empty(0)
-        middle = ground.vertices[ground.triangles[triangles]].mean(axis=1)
+        middle = surface.vertices[surface.triangles[triangles]].mean(axis=1)
         sample = np.asarray(KDTree(self.points).query(middle)[1], np.intp)
         away = units(middle - self.points[sample])
         return sample, np.einsum("nc,nc->n", away, self.lefts[sample])
 
 
-def make_wall(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall:
+def make_wall(surface: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall:
     """Of polylines (n, 3), each with whether it is closed (and does not repeat its first point)."""
-    crossed = np.zeros(len(ground.triangles), np.bool_)
+    crossed = np.zeros(len(surface.triangles), np.bool_)
     found: list[tuple[Points, Points]] = []
     gaps: list[WallGap] = []
     for k, (points, closed) in enumerate(curves):
-        at, lefts, left = _cross_triangles(ground, points, closed, crossed)
+        at, lefts, left = _cross_triangles(surface, points, closed, crossed)
         found.append((at, lefts))
         gaps += [WallGap(k, triangles, point) for triangles, point in left]
     points = np.concatenate([at for at, _ in found])
@@ -82,37 +82,37 @@ def make_wall(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall:
     curve = np.repeat(np.arange(len(found), dtype=np.int32), [len(at) for at, _ in found])
     walls = np.flatnonzero(crossed)
     sides = (3 * walls[:, None] + np.arange(3)).ravel()
-    across = ground.topology.across[sides]
+    across = surface.topology.across[sides]
     beside = np.unique(across[across >= 0] // 3)
     beside = beside[~crossed[beside]].astype(np.int32)
     return Wall(crossed, points, lefts, curve, beside, tuple(gaps))
 
 
-def find_gap(ground: Ground, wall: Wall, inside: NDArray[np.bool_]) -> WallGap | None:
+def find_gap(surface: Ground, wall: Wall, inside: NDArray[np.bool_]) -> WallGap | None:
     """A gap that the triangles inside (t,) bool touch: there the wall does not hold them."""
     if not wall.gaps:
         return None
-    near = np.zeros(len(ground.vertices), np.bool_)
-    near[ground.triangles[inside]] = True
-    return next((gap for gap in wall.gaps if near[ground.triangles[gap.triangles]].any()), None)
+    near = np.zeros(len(surface.vertices), np.bool_)
+    near[surface.triangles[inside]] = True
+    return next((gap for gap in wall.gaps if near[surface.triangles[gap.triangles]].any()), None)
 
 
 def _cross_triangles(
-    ground: Ground, points: Points, closed: bool, crossed: NDArray[np.bool_]
+    surface: Ground, points: Points, closed: bool, crossed: NDArray[np.bool_]
 ) -> tuple[Points, Points, list[tuple[Int32Array, Points]]]:
     """Mark the triangles that a polyline crosses; its points and directions to the left, and the
-    triangles between which, and the points where, it leaves the ground."""
-    line, feet, apart = _follow_ground(ground, points, closed)
-    a, common = _compare_neighbours(ground, feet)
+    triangles between which, and the points where, it leaves the surface."""
+    line, feet, apart = _follow_surface(surface, points, closed)
+    a, common = _compare_neighbours(surface, feet)
     gaps = [(feet.triangles[k : k + 2], line[k]) for k in apart]
     crossed[feet.triangles] = True
     # Triangles that touch in a vertex alone: the fan around it closes the gap.
     lone = np.flatnonzero(common.sum(axis=1) == 1)
     corners = np.unique(a[lone][common[lone]])
     if len(corners):
-        around = np.zeros(len(ground.vertices), np.bool_)
+        around = np.zeros(len(surface.vertices), np.bool_)
         around[corners] = True
-        crossed |= around[ground.triangles].any(axis=1)
+        crossed |= around[surface.triangles].any(axis=1)
     along = np.empty_like(line)
     along[1:-1] = line[2:] - line[:-2]
     along[0], along[-1] = line[1] - line[0], line[-1] - line[-2]
@@ -121,43 +121,45 @@ def _cross_triangles(
     return feet.points, units(np.cross(feet.normals, along)), gaps
 
 
-def find_leaps(ground: Ground, points: Points, closed: bool) -> Points:
-    """(k, 3) where a polyline (n, 3) leaves the ground for another part of it."""
-    line, _, apart = _follow_ground(ground, points, closed)
+def find_leaps(surface: Ground, points: Points, closed: bool) -> Points:
+    """(k, 3) where a polyline (n, 3) leaves the surface for another part of it."""
+    line, _, apart = _follow_surface(surface, points, closed)
     return line[apart]
 
 
-def _follow_ground(
-    ground: Ground, points: Points, closed: bool
-) -> tuple[Points, GroundPoints, NDArray[np.intp]]:
+def _follow_surface(
+    surface: Ground, points: Points, closed: bool
+) -> tuple[Points, SurfacePoints, NDArray[np.intp]]:
     """A polyline with points so near to each other that neighbours lie on triangles that touch,
     its feet, and the points after which they never do."""
     line = np.concatenate([points, points[:1]]) if closed else points
-    feet = ground.nearest(line)
-    apart = np.flatnonzero(~_compare_neighbours(ground, feet)[1].any(axis=1))
+    feet = surface.nearest(line)
+    apart = np.flatnonzero(~_compare_neighbours(surface, feet)[1].any(axis=1))
     for _ in range(HALVINGS):
         if len(apart) == 0:
             break
         line = np.insert(line, apart + 1, 0.5 * (line[apart] + line[apart + 1]), axis=0)
-        feet = ground.nearest(line)
-        apart = np.flatnonzero(~_compare_neighbours(ground, feet)[1].any(axis=1))
+        feet = surface.nearest(line)
+        apart = np.flatnonzero(~_compare_neighbours(surface, feet)[1].any(axis=1))
     return line, feet, apart
 
 
-def _compare_neighbours(ground: Ground, feet: GroundPoints) -> tuple[Int32Array, NDArray[np.bool_]]:
+def _compare_neighbours(
+    surface: Ground, feet: SurfacePoints
+) -> tuple[Int32Array, NDArray[np.bool_]]:
     """(n - 1, 3) the corners of the triangle of every foot but the last, and (n - 1, 3) which of
     them the next foot's triangle has, too."""
-    a, b = (ground.triangles[f] for f in (feet.triangles[:-1], feet.triangles[1:]))
+    a, b = (surface.triangles[f] for f in (feet.triangles[:-1], feet.triangles[1:]))
     return a, (a[:, :, None] == b[:, None, :]).any(axis=2)
 
 
 def flood_triangles(
-    ground: Ground, crossed: NDArray[np.bool_], seeds: Int32Array, most: float
+    surface: Ground, crossed: NDArray[np.bool_], seeds: Int32Array, most: float
 ) -> tuple[Int32Array, float] | None:
     """(k,) the triangles around some that no wall parts from them, and their area.
 
     None as soon as the area is more than ``most``: then it costs no more than that.
     """
     at = np.ascontiguousarray(seeds, np.int32)
-    inside, area = flood(ground.topology.across, crossed, ground.surface.areas, at, most)
+    inside, area = flood(surface.topology.across, crossed, surface.surface.areas, at, most)
     return None if area > most else (inside, area)

@@ -57,9 +57,9 @@ def check_network(network: Network, patches: bool = True) -> None:
             _hold(network.origin(half) == node.id, where, f"half-chain {half} leaves another")
         _hold(any(node.flagged) != node.open, where, "flags: none at an open end, else one")
     genus = count_genus(network.nodes, network.chains)
-    if genus and network.ground is not None:
-        handles = count_handles(network.ground)
-        wrong = f"it goes round {genus} handles, and the ground has {handles}"
+    if genus and network.surface is not None:
+        handles = count_handles(network.surface)
+        wrong = f"it goes round {genus} handles, and the surface has {handles}"
         _hold(genus <= handles, "the order around nodes", wrong)
     _check_patches(network)
     if patches:

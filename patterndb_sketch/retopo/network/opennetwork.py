@@ -78,9 +78,9 @@ class OpenNetwork:
     notes:  what the user should know, in words.
     """
 
-    def __init__(self, network: Network, ground: Ground | None = None) -> None:
-        """Begin with a network; ground: what it lies on, if it does not know yet."""
-        self.before = network if ground is None else replace(network, ground=ground)
+    def __init__(self, network: Network, surface: Ground | None = None) -> None:
+        """Begin with a network; surface: what it lies on, if it does not know yet."""
+        self.before = network if surface is None else replace(network, surface=surface)
         self.nodes = dict(network.nodes)
         self.chains = dict(network.chains)
         self.next_id = network.next_id
@@ -342,12 +342,12 @@ class OpenNetwork:
         )
 
     def _refuse_crossings(self) -> None:
-        """RefusedError if the order around nodes is that of no drawing on the ground."""
-        ground = self.before.ground
-        if ground is None or not self.touched_nodes:
+        """RefusedError if the order around nodes is that of no drawing on the surface."""
+        surface = self.before.surface
+        if surface is None or not self.touched_nodes:
             return
         genus = count_genus(self.nodes, self.chains)
-        if genus and genus > count_handles(ground):
+        if genus and genus > count_handles(surface):
             raise RefusedError(
                 "curves would pass through each other without a crossing; erase what is in the "
                 "way first, or end the curve beside it"

@@ -8,7 +8,7 @@ outside (:func:`measure_enclosed`). What it does not see:
   tells (:func:`is_strip`).
 - The ring around a fingertip, or below the sharp rim of a foot, has normals that point away from
   its axis: seen along them it encloses nothing. But what is beyond it is a small piece of the
-  ground, a disk, and empty (:func:`is_cap`).
+  surface, a disk, and empty (:func:`is_cap`).
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def _blend_sides(sides: list[Points]) -> Points:
     return ruled - corners
 
 
-#: The ground beyond a loop has at most this many times the area of the flat disk with the loop's
+#: The surface beyond a loop has at most this many times the area of the flat disk with the loop's
 #: length, l^2 / 4 pi. Half a ball has 2; a fingertip, which is half a ball on a piece of the finger
 #: a quarter as long as it is thick, 3. A hand beyond the wrist has some 8, a foot 12.
 ROUNDNESS = 3.0
@@ -141,31 +141,31 @@ LEFT = 3
 
 
 def is_cap(network: Network, loop: tuple[HalfChain, ...], points: Points, length: float) -> bool:
-    """Is the ground on the left of a loop (n, 3) an empty disk, no larger than a cap?
+    """Is the surface on the left of a loop (n, 3) an empty disk, no larger than a cap?
 
-    False where the network knows no ground, and where the loop lies within a few triangles, which
-    are flat, so that equation 1 sees it. Costs no more than looking at that much of the ground.
+    False where the network knows no surface, and where the loop lies within a few triangles, which
+    are flat, so that equation 1 sees it. Costs no more than looking at that much of the surface.
     """
-    ground = network.ground
-    if ground is None or length <= 0.0:
+    surface = network.surface
+    if surface is None or length <= 0.0:
         return False
-    wall = make_wall(ground, [(points, True)])
+    wall = make_wall(surface, [(points, True)])
     if wall.gaps:
         return False
     most = ROUNDNESS * length**2 / (4.0 * math.pi)
     # What is crossed counts if its middle is beyond the loop.
     walls = np.flatnonzero(wall.crossed).astype(np.int32)
-    most -= float(ground.surface.areas[walls[wall.side_of(ground, walls)[1] > 0.0]].sum())
-    _, side = wall.side_of(ground, wall.beside)
-    found = flood_triangles(ground, wall.crossed, wall.beside[side > CLEAR], most)
+    most -= float(surface.surface.areas[walls[wall.side_of(surface, walls)[1] > 0.0]].sum())
+    _, side = wall.side_of(surface, wall.beside)
+    found = flood_triangles(surface, wall.crossed, wall.beside[side > CLEAR], most)
     if found is None or len(found[0]) == 0:
         return False
-    inside = np.zeros(len(ground.triangles), np.bool_)
+    inside = np.zeros(len(surface.triangles), np.bool_)
     inside[found[0]] = True
     return (
         _is_on_left(side[inside[wall.beside]])
-        and _is_disk(ground, inside | wall.crossed)
-        and not _has_curve_within(network, {half >> 1 for half in loop}, ground, found[0], inside)
+        and _is_disk(surface, inside | wall.crossed)
+        and not _has_curve_within(network, {half >> 1 for half in loop}, surface, found[0], inside)
     )
 
 
@@ -173,22 +173,22 @@ def _is_on_left(side: NDArray[np.float64]) -> bool:
     return int((side > CLEAR).sum()) >= LEFT * int((side < -CLEAR).sum())
 
 
-def _is_disk(ground: Ground, inside: NDArray[np.bool_]) -> bool:
+def _is_disk(surface: Ground, inside: NDArray[np.bool_]) -> bool:
     """Euler's formula: V - E + F = 1 of a disk; 0 where there is a hole in it, or a handle."""
-    triangles = ground.triangles[inside]
-    edges = ground.topology.edges.reshape(-1, 3)[inside]
+    triangles = surface.triangles[inside]
+    edges = surface.topology.edges.reshape(-1, 3)[inside]
     return len(np.unique(triangles)) - len(np.unique(edges)) + len(triangles) == 1
 
 
 def _has_curve_within(
     network: Network,
     own: set[int],
-    ground: Ground,
+    surface: Ground,
     found: Int32Array,
     inside: NDArray[np.bool_],
 ) -> bool:
     """Does a curve that is none of the loop's lie on the triangles?"""
-    corners = ground.vertices[ground.triangles[found].ravel()]
+    corners = surface.vertices[surface.triangles[found].ravel()]
     low, high = corners.min(axis=0), corners.max(axis=0)
     samples = [
         chain.points[[0, len(chain.points) // 2, -1]]
@@ -199,7 +199,7 @@ def _has_curve_within(
     ]
     if not samples:
         return False
-    return bool(inside[ground.nearest(np.concatenate(samples)).triangles].any())
+    return bool(inside[surface.nearest(np.concatenate(samples)).triangles].any())
 
 
 #: A patch has this many corners or more: each of its sides is a curve of its own.
@@ -267,10 +267,10 @@ def find_long_loops(network: Network, chains: Iterable[int]) -> list[float]:
 
 
 def is_end(network: Network, loop: tuple[HalfChain, ...]) -> bool:
-    """Does a loop enclose by equation 1, or the end of a limb, which the ground tells?"""
+    """Does a loop enclose by equation 1, or the end of a limb, which the surface tells?"""
     points, normals = trace_outline(network, loop)
     found = measure_enclosed(points, normals)
-    # Clockwise around a piece of the ground seen from outside, it is around the rest of it.
+    # Clockwise around a piece of the surface seen from outside, it is around the rest of it.
     return found.encloses or (
         found.roundness > -ROUND and is_cap(network, loop, points, found.length)
     )

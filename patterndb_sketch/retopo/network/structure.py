@@ -191,7 +191,7 @@ class Network:
     next_id: above all ids in use; an id is never used twice within one line of edits.
     longest: a loop longer than this never becomes a patch by itself; the surface's own unit. The
              program of Takayama et al. takes twice the diagonal of the surface.
-    ground:  the surface that it lies on, None for a plane. Tools that are given one put it here;
+    surface:  the surface that it lies on, None for a plane. Tools that are given one put it here;
              it is no part of what :func:`.invariants.are_equal` compares, nor of sessions.
     density: how dense its quads shall be, as it is painted.
     """
@@ -201,7 +201,7 @@ class Network:
     patches: Mapping[int, Patch] = field(default_factory=dict)
     next_id: int = 0
     longest: float = math.inf
-    ground: Ground | None = field(default=None, repr=False)
+    surface: Ground | None = field(default=None, repr=False)
     density: Density = EVEN
 
     def chain(self, chain: int) -> Chain:

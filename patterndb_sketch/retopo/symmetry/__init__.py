@@ -1,6 +1,6 @@
 """Symmetry: what is drawn on one side of a plane is on the other side, too.
 
-Read :mod:`.half` (planes, the ground cut by one, strokes split at it), :mod:`.seam` (a network cut
+Read :mod:`.half` (planes, the surface cut by one, strokes split at it), :mod:`.seam` (a network cut
 there, with the cut as chains marked SYMMETRY), :mod:`.images` (back to the whole: of a network,
 and of a mesh), :mod:`.painting` (density on both sides) and :mod:`.proposal` (the plane that a
 surface has by itself).

@@ -1,7 +1,7 @@
-"""Mirror in a plane, and cut in half by it: planes, the half of the ground, parts of strokes.
+"""Mirror in a plane, and cut in half by it: planes, the half of the surface, parts of strokes.
 
-Read :class:`Plane`, :func:`cut_half` (the ground on one side, all that tools work on while
-symmetry is on) and :func:`split_stroke` (strokes are drawn on the whole ground, and what is on the
+Read :class:`Plane`, :func:`cut_half` (the surface on one side, all that tools work on while
+symmetry is on) and :func:`split_stroke` (strokes are drawn on the whole surface, and what is on the
 half is kept).
 """
 
@@ -18,7 +18,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network.edits import trace_borders
 from patterndb_sketch.retopo.network.samples import interpolate_places
 from patterndb_sketch.retopo.sizes import Sizes
@@ -108,27 +108,27 @@ ON_PLANE = 1e-7
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Half:
-    """The ground on the side of a plane that its normal points to, cut along it.
+    """The surface on the side of a plane that its normal points to, cut along it.
 
-    ground:  triangles above the plane; the cut has vertices exactly on it, as near as floating
+    surface:  triangles above the plane; the cut has vertices exactly on it, as near as floating
              point gets, and there normals of the surface and its image together.
-    whole:   the ground that was cut.
-    on:      (v,) bool, vertices of ``ground`` that are on the plane.
+    whole:   the surface that was cut.
+    on:      (v,) bool, vertices of ``surface`` that are on the plane.
     near:    height below which points are on the plane.
     in_plane: how many triangles lie in the plane, and are left out.
     """
 
     plane: Plane
-    ground: Ground
+    surface: Ground
     whole: Ground
     on: NDArray[np.bool_]
     near: float
     in_plane: int
 
     def seams(self) -> list[SeamRun]:
-        """The curves in which the plane cuts the ground."""
+        """The curves in which the plane cuts the surface."""
         found: list[SeamRun] = []
-        for loop in trace_borders(self.ground):
+        for loop in trace_borders(self.surface):
             level = self.on[loop] & self.on[np.roll(loop, -1)]
             if level.all():
                 found.append(SeamRun(loop, True))
@@ -144,22 +144,22 @@ class Half:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamRun:
-    """Vertices (k,) along the cut, the half ground on the left; a closed one does not repeat
+    """Vertices (k,) along the cut, the half surface on the left; a closed one does not repeat
     its first."""
 
     vertices: Int32Array
     closed: bool
 
 
-def cut_half(ground: Ground, plane: Plane) -> Half:
-    """Cut the ground by a plane, and keep the side that the plane's normal points to.
+def cut_half(surface: Ground, plane: Plane) -> Half:
+    """Cut the surface by a plane, and keep the side that the plane's normal points to.
 
     Vertices within ON_PLANE of the plane are moved onto it. Triangles that the plane passes are
     cut at exactly the same points as their neighbours. Raises RefusedError if nothing is on
     that side.
     """
-    near = ON_PLANE * ground.diagonal
-    vertices, triangles = ground.vertices.copy(), ground.triangles
+    near = ON_PLANE * surface.diagonal
+    vertices, triangles = surface.vertices.copy(), surface.triangles
     height = plane.heights(vertices)
     level = np.abs(height) <= near
     vertices[level] = plane.flatten(vertices[level])
@@ -185,7 +185,7 @@ def cut_half(ground: Ground, plane: Plane) -> Half:
     normals = found.normals.copy()
     normals[flags] = plane.flatten_normals(normals[flags])
     found = replace(found, surface=replace(found.surface, normals=normals))
-    return Half(plane, found, ground, flags, near, int((sign == 0.0).all(axis=1).sum()))
+    return Half(plane, found, surface, flags, near, int((sign == 0.0).all(axis=1).sum()))
 
 
 def _cut(
@@ -279,7 +279,7 @@ SHORTEST = 2.0
 class StrokePart:
     """A part of a stroke on the half. on: is its start, and its end, on the plane?"""
 
-    stroke: GroundStroke
+    stroke: SurfaceCurve
     on: tuple[bool, bool]
 
 
@@ -296,8 +296,8 @@ class SplitStroke:
     along: int
 
 
-def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
-    """Split a stroke, cleaned on the whole ground, at the plane.
+def split_stroke(stroke: SurfaceCurve, half: Half, sizes: Sizes) -> SplitStroke:
+    """Split a stroke, cleaned on the whole surface, at the plane.
 
     What is beyond the plane is dropped. Where it was cut it is exactly on the plane, as near as
     floating point gets, and points nearer to it than ``half.near`` are moved there.
@@ -329,7 +329,7 @@ def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
         elif _is_along_plane(points, there.max(), on, sizes):
             along += 1
         else:
-            parts.append(StrokePart(GroundStroke(points, normals, False, stroke.missed), on))
+            parts.append(StrokePart(SurfaceCurve(points, normals, False, stroke.missed), on))
     return SplitStroke(tuple(parts), beyond, along)
 
 
@@ -340,7 +340,7 @@ def _is_along_plane(points: Points, highest: float, on: tuple[bool, bool], sizes
     return any(on) and float(arc_length(points)[-1]) < SHORTEST * sizes.sampling
 
 
-def refuse_beyond(stroke: GroundStroke, half: Half, what: str) -> None:
+def refuse_beyond(stroke: SurfaceCurve, half: Half, what: str) -> None:
     """Raise RefusedError if a stroke is partly beyond the plane; ``what`` is drawn, in words."""
     if (measure_heights(half, stroke.points) < 0.0).any():
         raise RefusedError(

@@ -30,18 +30,19 @@ from patterndb_sketch.retopo.symmetry.half import Plane
 from patterndb_sketch.retopo.wording import format_place
 
 
-def end_symmetry(network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> Edit:
-    """The network with its image beside it, on the whole ground: both halves are curves to draw on.
+def end_symmetry(network: Network, surface: Ground, sizes: Sizes, plane: Plane) -> Edit:
+    """The network with its image beside it, on the whole surface: both halves are curves to draw
+    on.
 
     The curves of the half keep their ids, counts and patches, the seam too, without its marks.
-    Images have the same counts, and the images of fills. They are projected on the ground,
+    Images have the same counts, and the images of fills. They are projected on the surface,
     which need not be symmetric; those that are off it by more than the snap radius somewhere are
     left out, and told.
     Raises RefusedError if there is no symmetry to switch off.
     """
     if not any(SYMMETRY in chain.marks for chain in network.chains.values()):
         raise RefusedError("symmetry is off already")
-    return _Images(network, ground, sizes, plane).done()
+    return _Images(network, surface, sizes, plane).done()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,9 +60,9 @@ class _Names:
 class _Images:
     """The steps of :func:`end_symmetry`, which need the same things."""
 
-    def __init__(self, network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> None:
+    def __init__(self, network: Network, surface: Ground, sizes: Sizes, plane: Plane) -> None:
         self.network = network
-        self.ground = ground
+        self.surface = surface
         self.sizes = sizes
         self.plane = plane
         self.ids = count(network.next_id)
@@ -96,10 +97,10 @@ class _Images:
         return Edit.of(self.network, both, notes)
 
     def _projected(self, points: Points, normals: Points) -> tuple[Points, Points, float]:
-        """Images (n, 3) of points with normals, on the ground, and how far they were off it."""
+        """Images (n, 3) of points with normals, on the surface, and how far they were off it."""
         images = self.plane.mirror(points)
         up = self.plane.mirror_directions(normals)
-        found = self.ground.project_near(images, up, self.sizes)
+        found = self.surface.project_near(images, up, self.sizes)
         off = np.linalg.norm(found.points - images, axis=1)
         # Next to the plane the surface may lead across it; there the image itself is better.
         there = (off <= self.sizes.snap) & (self.plane.heights(found.points) < 0.0)

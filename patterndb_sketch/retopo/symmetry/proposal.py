@@ -60,7 +60,7 @@ def format_share(off: float) -> str:
     return f"{100.0 * off:.2g} %" if off >= 1e-6 else "0 %"
 
 
-def propose_plane(ground: Ground) -> Proposal:
+def propose_plane(surface: Ground) -> Proposal:
     """The plane in which the surface is most nearly its own image.
 
     Tried are the planes x, y and z = 0 through the origin, and planes through the middle of the
@@ -68,50 +68,50 @@ def propose_plane(ground: Ground) -> Proposal:
     of which are made better by turns of finding nearest points and fitting a plane to them. Planes
     along which all of it lies are none (ALONG).
     """
-    points = spread_points(ground, POINTS)
+    points = spread_points(surface, POINTS)
     few = points[::3]
     middle = points.mean(axis=0)
     _, axes = np.linalg.eigh(np.cov((points - middle).T))
     directions = np.concatenate([np.eye(3), axes.T, spread_directions(DIRECTIONS)])
-    least = ALONG * ground.diagonal
+    least = ALONG * surface.diagonal
 
     def through(point: Points, directions: Points) -> list[Plane]:
         planes = [Plane.of(point, direction) for direction in directions]
         return [one for one in planes if np.abs(one.heights(points)).max() > least]
 
     tried = [
-        Proposal(plane, measure_asymmetry(ground, plane, few))
+        Proposal(plane, measure_asymmetry(surface, plane, few))
         for plane in through(middle, directions)
     ]
     tried.sort(key=lambda one: one.off)
-    better = [_improve_plane(ground, one.plane, few) for one in tried[:BETTERED]]
+    better = [_improve_plane(surface, one.plane, few) for one in tried[:BETTERED]]
     best = min(
-        (Proposal(plane, measure_asymmetry(ground, plane, points)) for plane in better),
+        (Proposal(plane, measure_asymmetry(surface, plane, points)) for plane in better),
         key=lambda one: one.off,
     )
     even = [
-        Proposal(plane, measure_asymmetry(ground, plane, points))
+        Proposal(plane, measure_asymmetry(surface, plane, points))
         for plane in through(np.zeros(3), np.eye(3))
     ]
     straight = min(even, key=lambda one: one.off, default=best)
     return straight if straight.off <= best.off + AXES else best
 
 
-def propose_given(ground: Ground, plane: Plane) -> Proposal:
+def propose_given(surface: Ground, plane: Plane) -> Proposal:
     """A plane that is given, with how far off it is."""
-    return Proposal(plane, measure_asymmetry(ground, plane, spread_points(ground, POINTS)))
+    return Proposal(plane, measure_asymmetry(surface, plane, spread_points(surface, POINTS)))
 
 
-def measure_asymmetry(ground: Ground, plane: Plane, points: Points) -> float:
-    """How far the images of points (n, 3) are from the ground; see :class:`Proposal`."""
+def measure_asymmetry(surface: Ground, plane: Plane, points: Points) -> float:
+    """How far the images of points (n, 3) are from the surface; see :class:`Proposal`."""
     images = plane.mirror(points)
-    gaps = ground.nearest(images).points - images
-    return float(np.sqrt((gaps**2).sum(axis=1).mean()) / ground.diagonal)
+    gaps = surface.nearest(images).points - images
+    return float(np.sqrt((gaps**2).sum(axis=1).mean()) / surface.diagonal)
 
 
-def spread_points(ground: Ground, about: int) -> Points:
+def spread_points(surface: Ground, about: int) -> Points:
     """(n, 3) points spread evenly over the surface by its area, the same ones every time."""
-    areas = ground.surface.areas
+    areas = surface.surface.areas
     ends = np.cumsum(areas)
     at = (np.arange(about) + 0.5) / about * ends[-1]
     triangle = np.minimum(np.searchsorted(ends, at), len(areas) - 1)
@@ -120,7 +120,7 @@ def spread_points(ground: Ground, about: int) -> Points:
     u, v = (0.5 + 0.7548776662466927 * k) % 1.0, (0.5 + 0.5698402909980532 * k) % 1.0
     folded = u + v > 1.0
     u, v = np.where(folded, 1.0 - u, u), np.where(folded, 1.0 - v, v)
-    corner = ground.vertices[ground.triangles[triangle]]
+    corner = surface.vertices[surface.triangles[triangle]]
     weights = np.stack([1.0 - u - v, u, v], axis=1)
     return np.einsum("ne,nec->nc", weights, corner)
 
@@ -134,10 +134,10 @@ def spread_directions(n: int) -> NDArray[np.float64]:
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
 
 
-def _improve_plane(ground: Ground, plane: Plane, points: Points) -> Plane:
+def _improve_plane(surface: Ground, plane: Plane, points: Points) -> Plane:
     """The plane after rounds of taking images to the surface, and fitting to them."""
     for _ in range(ROUNDS):
-        images = ground.nearest(plane.mirror(points)).points
+        images = surface.nearest(plane.mirror(points)).points
         one, two = points.mean(axis=0), images.mean(axis=0)
         # The reflection that takes points to images best: the least of p . q along its normal.
         together = (points - one).T @ (images - two)

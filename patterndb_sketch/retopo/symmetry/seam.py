@@ -52,7 +52,7 @@ AT_END = 1e-6
 
 
 def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
-    """The network on half of the ground: the cut is there as chains marked SYMMETRY.
+    """The network on half of the surface: the cut is there as chains marked SYMMETRY.
 
     Curves that cross the plane are cut there, and what is beyond it goes, which is told; what
     lies in the plane becomes the seam. All other chains, nodes and patches are as they were.
@@ -114,7 +114,7 @@ def _note_changes(half: Half, beyond: int, cut: int, seams: int) -> list[str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeamLine:
-    """Samples along the seam, the half ground on the left, with a view of them to search."""
+    """Samples along the seam, the half surface on the left, with a view of them to search."""
 
     chain: Chain
     of: Samples
@@ -126,7 +126,7 @@ class SeamLine:
 
 def _sample_run(half: Half, run: SeamRun, sampling: float) -> SeamLine:
     """(n, 3) samples of a run, its vertices among them."""
-    corners, up = half.ground.vertices[run.vertices], half.ground.normals[run.vertices]
+    corners, up = half.surface.vertices[run.vertices], half.surface.normals[run.vertices]
     ends = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
     n = len(corners) if run.closed else len(corners) - 1
     lengths = np.linalg.norm(ends[0] - corners, axis=1)[:n]

@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
 from patterndb_sketch.retopo.tools.pull import find_held, move_node_to
 from patterndb_sketch.retopo.tools.salience import MODES, Mode, Salience
 
@@ -55,7 +55,7 @@ FELT = math.radians(0.25)
 
 def align_nearest(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     salience: Salience,
     point: ArrayLike,
@@ -69,13 +69,13 @@ def align_nearest(
     """
     at = find_held(network, sizes, point, normal)
     if isinstance(at, AtNode):
-        return align_node(network, ground, sizes, salience, at.node, mode)
-    return align_chain(network, ground, sizes, salience, at.chain, mode)
+        return align_node(network, surface, sizes, salience, at.node, mode)
+    return align_chain(network, surface, sizes, salience, at.chain, mode)
 
 
 def align_chain(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     salience: Salience,
     chain: int,
@@ -83,7 +83,7 @@ def align_chain(
 ) -> Edit:
     """Move a chain, whose ends stay, to the nearest ridge or valley; its patches stay patches.
 
-    salience: of this ground, for this target edge. Features are felt up to about 3 target
+    salience: of this surface, for this target edge. Features are felt up to about 3 target
     edges off. Raises RefusedError for a border or the seam of symmetry, a chain of too few
     points, and if nothing is felt anywhere on it.
     Source: Takayama et al. 2013, section 4 (after Lee and Lee 2002), and their program.
@@ -99,9 +99,9 @@ def align_chain(
     if feature.max() < FELT:
         raise RefusedError(f"no {_name_mode(mode)} is near the curve: draw it closer to one")
     points, normals, last = move_snake(
-        line.points, line.normals, line.loose, ground, sizes, salience, mode
+        line.points, line.normals, line.loose, surface, sizes, salience, mode
     )
-    points, normals = even_course(points, normals, ground, sizes, line.loose)
+    points, normals = even_course(points, normals, surface, sizes, line.loose)
     opened = OpenNetwork(network)
     opened.reshape_chain(chain, points, normals)
     after = opened.finish()
@@ -111,7 +111,7 @@ def align_chain(
 
 def align_node(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     salience: Salience,
     node: int,
@@ -134,12 +134,14 @@ def align_node(
     for _ in range(MOST_STEPS):
         old = point
         pull = salience.feel(point, normal, mode)[1]
-        point, normal = take_to_ground(point + PART * _shorten(pull, sizes), normal, ground, sizes)
+        point, normal = take_to_surface(
+            point + PART * _shorten(pull, sizes), normal, surface, sizes
+        )
         last = float(np.linalg.norm(point - old)) / sizes.edge
         if last < REST:
             break
     opened = OpenNetwork(network)
-    move_node_to(opened, ground, sizes, node, point[0], normal[0])
+    move_node_to(opened, surface, sizes, node, point[0], normal[0])
     after = opened.finish()
     notes = _note_rest(last)
     notes += note_crossings(network, after, [half >> 1 for half in at.ends], sizes)
@@ -150,7 +152,7 @@ def move_snake(
     points: Points,
     normals: Points,
     closed: bool,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     salience: Salience,
     mode: Mode,
@@ -181,7 +183,7 @@ def move_snake(
         pull = _average(fade[:, None] * _shorten(pull, sizes), wide, closed)
         middle, curved = smoothing_targets(at, closed)
         step = WEIGHTS[0] * (middle - at) + WEIGHTS[1] * (curved - at) + WEIGHTS[2] * pull
-        moved, up = take_to_ground(at + PART / sum(WEIGHTS) * step, up, ground, sizes)
+        moved, up = take_to_surface(at + PART / sum(WEIGHTS) * step, up, surface, sizes)
         if not closed:
             moved[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
         last = float(np.linalg.norm(moved - at, axis=1).max()) / sizes.edge
@@ -244,10 +246,10 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         # Of another target edge or half it is of no use any more, and it may be large.
         for other in [one for one in work.kept if isinstance(work.kept[one], Salience)]:
             del work.kept[other]
-        work.kept[key] = Salience.of(work.ground, sizes.edge)
+        work.kept[key] = Salience.of(work.surface, sizes.edge)
     point, normal = foot.points[0], foot.normals[0]
     return work.keep_edit(
-        align_nearest(work.network, work.ground, sizes, work.kept[key], point, normal, a["mode"])
+        align_nearest(work.network, work.surface, sizes, work.kept[key], point, normal, a["mode"])
     )
 
 

@@ -1,6 +1,6 @@
 """The autocompletion tool: what would close against the boundaries around a place.
 
-It takes the list of :mod:`patterndb_sketch.retopo.tools.suggestions` from the ground to a plane,
+It takes the list of :mod:`patterndb_sketch.retopo.tools.suggestions` from the surface to a plane,
 and the one that is taken back into the network.
 """
 
@@ -20,11 +20,11 @@ from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
-    GroundBoundary,
+    SurfaceBoundary,
     close_patch,
     find_boundaries,
     has_short_stretch,
-    lift_to_ground,
+    lift_to_surface,
     map_boundaries,
     measure_coarseness,
     sample_line,
@@ -35,28 +35,28 @@ from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggest_patche
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Completion:
-    """A suggested patch on the ground, for the network that it was made for."""
+    """A suggested patch on the surface, for the network that it was made for."""
 
     suggestion: Suggestion
-    edges: tuple[GroundBoundary, ...]
+    edges: tuple[SurfaceBoundary, ...]
     onto: LocalMap
 
     def curves(self, sizes: Sizes) -> list[Points]:
-        """Its new curves on the ground, each (m, 3)."""
+        """Its new curves on the surface, each (m, 3)."""
         return [
-            lift_to_ground(self.onto, sample_line(line, sizes.sampling))[0]
+            lift_to_surface(self.onto, sample_line(line, sizes.sampling))[0]
             for line in self.suggestion.patch.curves
         ]
 
     def corners(self) -> Points:
-        """(k, 3) its corners on the ground."""
-        return lift_to_ground(self.onto, self.suggestion.patch.points)[0]
+        """(k, 3) its corners on the surface."""
+        return lift_to_surface(self.onto, self.suggestion.patch.points)[0]
 
 
 def find_completions(
-    network: Network, ground: Ground, point: ArrayLike, normal: ArrayLike, sizes: Sizes
+    network: Network, surface: Ground, point: ArrayLike, normal: ArrayLike, sizes: Sizes
 ) -> list[Completion]:
-    """What can be closed around a point of the ground: the largest quad first, then smaller
+    """What can be closed around a point of the surface: the largest quad first, then smaller
     ones, then triangles; nothing where no boundary is within the brush with its empty side towards
     the point, or within the snap radius.
 
@@ -73,14 +73,14 @@ def find_completions(
     if start is None:
         return []
     edge, k = start
-    foot = ground.nearest_facing(edge.points[k : k + 1], edge.normals[k : k + 1]).feet
+    foot = surface.nearest_facing(edge.points[k : k + 1], edge.normals[k : k + 1]).feet
     # v is to the left of the boundary, where nothing is.
     ahead = np.cross(foot.normals, _along(edge, k)[None])
     if not np.linalg.norm(ahead) > 0.0:
         return []
 
     def find_within(window: MapExtent) -> list[Completion]:
-        onto = spread_map(ground, foot, ahead, window)
+        onto = spread_map(surface, foot, ahead, window)
         boundaries, strokes = map_boundaries(network, edges, onto)
 
         def covered(line: Points) -> bool:
@@ -96,7 +96,7 @@ def find_completions(
 
     window = MapExtent.completion(radius)
     # Where triangles are coarse the usual extent has hardly one of them whole.
-    return find_within(window) or find_within(window.widen(measure_coarseness(ground, foot)))
+    return find_within(window) or find_within(window.widen(measure_coarseness(surface, foot)))
 
 
 def take_completion(network: Network, completion: Completion, sizes: Sizes) -> Edit:
@@ -108,7 +108,7 @@ def take_completion(network: Network, completion: Completion, sizes: Sizes) -> E
 
 def autocomplete(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     point: ArrayLike,
     normal: ArrayLike,
     sizes: Sizes,
@@ -118,7 +118,7 @@ def autocomplete(
 
     Raises RefusedError if there are not so many.
     """
-    found = find_completions(network, ground, point, normal, sizes)
+    found = find_completions(network, surface, point, normal, sizes)
     if not found:
         raise RefusedError(
             "nothing can be completed here; point nearer to the border of a patch, or take "
@@ -132,9 +132,9 @@ def autocomplete(
 
 
 def _nearest(
-    edges: list[GroundBoundary], point: Points, normal: Points, snap: float, radius: float
-) -> tuple[GroundBoundary, int] | None:
-    """The vertex of a boundary nearest to a point of the ground, on its side of it: within the
+    edges: list[SurfaceBoundary], point: Points, normal: Points, snap: float, radius: float
+) -> tuple[SurfaceBoundary, int] | None:
+    """The vertex of a boundary nearest to a point of the surface, on its side of it: within the
     snap radius, or within a radius where the point is on the boundary's empty side."""
     best, found = radius, None
     for edge in edges:
@@ -149,14 +149,14 @@ def _nearest(
     return found
 
 
-def _directions(edge: GroundBoundary) -> Points:
+def _directions(edge: SurfaceBoundary) -> Points:
     """(n, 3) the directions in which a boundary passes its vertices."""
     if edge.closed:
         return np.roll(edge.points, -1, axis=0) - np.roll(edge.points, 1, axis=0)
     return np.gradient(edge.points, axis=0)
 
 
-def _along(edge: GroundBoundary, k: int) -> Points:
+def _along(edge: SurfaceBoundary, k: int) -> Points:
     """(3,) the direction in which a boundary arrives at a vertex, or leaves its first."""
     if k or edge.closed:
         return edge.points[k] - edge.points[k - 1]
@@ -170,7 +170,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         sizes = replace(sizes, autocompletion=radius)
     foot = work.find_foot(a["at"])
     point, normal = foot.points[0], foot.normals[0]
-    found = autocomplete(work.network, work.ground, point, normal, sizes, a["choice"])
+    found = autocomplete(work.network, work.surface, point, normal, sizes, a["choice"])
     return work.keep_edit(found)
 
 

@@ -32,7 +32,7 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Edit, Network, OpenNetwork, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
 from query.engine import PatternSource
 
 #: Rounds of smoothing at one call unless told otherwise.
@@ -44,7 +44,7 @@ MOST_ROUNDS = 100
 
 def drag_vertices(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     sizes: Sizes,
     point: ArrayLike,
@@ -55,7 +55,7 @@ def drag_vertices(
 
     point, normal: (3,) on the surface, where the drag begins; to: (3,), where it ends. Vertices
     whose normals agree move by shares (1 - t)^4 (4 t + 1) of the drag, t their distance as a part
-    of the radius, and are taken to the ground. What the network keeps of it: see
+    of the radius, and are taken to the surface. What the network keeps of it: see
     :meth:`BrushedQuads.move_to`. Vertices on borders and on the seam of symmetry stay.
 
     Counts and fills that are not chosen yet, and are needed, are chosen. Raises RefusedError if
@@ -64,15 +64,15 @@ def drag_vertices(
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
     if (np.asarray(to, np.float64) == at).all():
         return Edit.of(network, network)
-    under = BrushedQuads.of(network, ground, source, sizes, at, up)
-    foot = ground.nearest_facing(np.asarray(to, np.float64)[None], up[None])
+    under = BrushedQuads.of(network, surface, source, sizes, at, up)
+    foot = surface.nearest_facing(np.asarray(to, np.float64)[None], up[None])
     share = np.where(under.marked, 0.0, under.share)[:, None]
     points, normals = under.mesh.vertices.copy(), under.mesh.normals.copy()
     moves = share[:, 0] > 0.0
-    points[moves], normals[moves] = take_to_ground(
+    points[moves], normals[moves] = take_to_surface(
         (points + share * (foot.points[0] - at))[moves],
         units(normals + share * (foot.normals[0] - up))[moves],
-        ground,
+        surface,
         sizes,
     )
 
@@ -86,12 +86,12 @@ def drag_vertices(
         by -= over[0] * np.maximum(1.0 - off, 0.0) + over[1] * np.maximum(1.0 - off[-1] + off, 0.0)
         return line.points + by[:, None] * (foot.points[0] - at)
 
-    return under.move_to(network, ground, sizes, points, normals, course)
+    return under.move_to(network, surface, sizes, points, normals, course)
 
 
 def relax_vertices(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     sizes: Sizes,
     point: ArrayLike,
@@ -111,7 +111,7 @@ def relax_vertices(
     neighbour belongs to two patches, that is the mean of all.
     """
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
-    under = BrushedQuads.of(network, ground, source, sizes, at, up)
+    under = BrushedQuads.of(network, surface, source, sizes, at, up)
     start, neighbour = _list_neighbours(under.mesh)
     degree = np.diff(start)[:, None]
     free = np.flatnonzero((under.share > 0.0) & ~under.rim & ~under.marked)
@@ -120,7 +120,7 @@ def relax_vertices(
     for _ in range(rounds):
         mean = np.add.reduceat(points[neighbour], start[:-1], axis=0) / degree
         wanted = points + under.share[:, None] * (mean - points)
-        where, there = take_to_ground(wanted[free], normals[free], ground, sizes)
+        where, there = take_to_surface(wanted[free], normals[free], surface, sizes)
         middle = 0.5 * (points[before] + points[after]) - points[slide]
         slid = points[slide] + under.share[slide, None] * middle
         points, normals = points.copy(), normals.copy()
@@ -132,7 +132,7 @@ def relax_vertices(
     def course(line: Chain) -> Points:
         return _smooth_course(under, line, places, rounds)
 
-    return under.move_to(network, ground, sizes, points, normals, course, under.one_sided)
+    return under.move_to(network, surface, sizes, points, normals, course, under.one_sided)
 
 
 def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int) -> Points:
@@ -174,10 +174,10 @@ def _find_on_chain(line: Chain, point: Points) -> tuple[Points, Points]:
     return at[k], units(up[None])[0]
 
 
-#: A vertex that moves by less than this part of the ground's diagonal stays: it is at rest.
+#: A vertex that moves by less than this part of the surface's diagonal stays: it is at rest.
 STILL = 1e-9
 
-#: Where a chain's samples go, (n, 3), before they are taken to the ground; its ends are nodes'.
+#: Where a chain's samples go, (n, 3), before they are taken to the surface; its ends are nodes'.
 Course = Callable[[Chain], Points]
 
 
@@ -212,7 +212,7 @@ class BrushedQuads:
     def of(
         cls,
         network: Network,
-        ground: Ground,
+        surface: Ground,
         source: PatternSource,
         sizes: Sizes,
         point: Points,
@@ -222,9 +222,9 @@ class BrushedQuads:
         network, told = complete_counts(network, sizes.edge)
         notes = list(told)
         found = FilledNetwork(network, {})
-        for patch in _find_near(network, ground, point, sizes.brush + sizes.edge):
+        for patch in _find_near(network, surface, point, sizes.brush + sizes.edge):
             try:
-                network, found.placed[patch] = fill_patch(network, ground, source, patch)
+                network, found.placed[patch] = fill_patch(network, surface, source, patch)
             except RefusedError as error:
                 notes.append(str(error))
         mesh = weld_fills(replace(found, network=network))
@@ -269,22 +269,22 @@ class BrushedQuads:
     def move_to(
         self,
         before: Network,
-        ground: Ground,
+        surface: Ground,
         sizes: Sizes,
         points: Points,
         normals: Points,
         course: Course,
         still: frozenset[int] = frozenset(),
     ) -> Edit:
-        """The network with vertices of the mesh at other points (v, 3) of the ground.
+        """The network with vertices of the mesh at other points (v, 3) of the surface.
 
         Corners go where the vertices on them do. Chains on which a vertex or an end moved get the
-        samples that ``course`` gives them, taken to the ground; ``still`` ones keep theirs. A
+        samples that ``course`` gives them, taken to the surface; ``still`` ones keep theirs. A
         patch of which a vertex moved holds its inner vertices where they are now, and one that
         holds all, as imported ones do, those on its border, too.
         """
         move = points - self.mesh.vertices
-        move[np.abs(move).max(axis=1) <= STILL * ground.diagonal] = 0.0
+        move[np.abs(move).max(axis=1) <= STILL * surface.diagonal] = 0.0
         moved = np.any(move, axis=1)
         if not moved.any():
             return Edit.of(before, before, self.notes)
@@ -298,7 +298,7 @@ class BrushedQuads:
             elif self.mesh.chain[vertex] >= 0:
                 lines.add(int(self.mesh.chain[vertex]))
         for chain in sorted(lines - still):
-            self._reshape(opened, ground, sizes, chain, course)
+            self._reshape(opened, surface, sizes, chain, course)
         after = opened.finish()
         for patch, number in self.number.items():
             if moved[number].any():
@@ -319,22 +319,22 @@ class BrushedQuads:
         return np.array([values[self.at[key]] if key in self.at else none for key in keys])
 
     def _reshape(
-        self, opened: OpenNetwork, ground: Ground, sizes: Sizes, chain: int, course: Course
+        self, opened: OpenNetwork, surface: Ground, sizes: Sizes, chain: int, course: Course
     ) -> None:
         line = self.network.chains[chain]
         wanted = course(line)
         points, normals = line.points.copy(), line.normals.copy()
         goes = np.any(wanted != points, axis=1)
         goes[[0, -1]] = False
-        points[goes], normals[goes] = take_to_ground(wanted[goes], normals[goes], ground, sizes)
+        points[goes], normals[goes] = take_to_surface(wanted[goes], normals[goes], surface, sizes)
         for k, node in ((0, line.start), (-1, line.end)):
             points[k], normals[k] = opened.nodes[node].point, opened.nodes[node].normal
-        opened.reshape_chain(chain, *even_course(points, normals, ground, sizes, False))
+        opened.reshape_chain(chain, *even_course(points, normals, surface, sizes, False))
         if not opened.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: drag less far")
 
 
-def _find_near(network: Network, ground: Ground, point: Points, radius: float) -> list[int]:
+def _find_near(network: Network, surface: Ground, point: Points, radius: float) -> list[int]:
     """The patches that a point is in, or that have a border vertex within a radius of it."""
     found = {
         patch.id
@@ -342,7 +342,7 @@ def _find_near(network: Network, ground: Ground, point: Points, radius: float) -
         if np.linalg.norm(trace_border(network, patch)[0] - point, axis=1).min() < radius
     }
     try:
-        found.add(find_patch(network, ground, point))
+        found.add(find_patch(network, surface, point))
     except RefusedError:
         if not found:
             raise RefusedError("no quads are near; point at some") from None
@@ -362,7 +362,7 @@ def _drag(work: ToolWork, a: dict[str, Any]) -> Result:
     return work.keep_edit(
         drag_vertices(
             work.network,
-            work.ground,
+            work.surface,
             work.source,
             _brush_sizes(work, "brush", a["radius"]),
             start.points[0],
@@ -377,7 +377,7 @@ def _relax(work: ToolWork, a: dict[str, Any]) -> Result:
     return work.keep_edit(
         relax_vertices(
             work.network,
-            work.ground,
+            work.surface,
             work.source,
             _brush_sizes(work, "relax", a["radius"]),
             start.points[0],

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, LocalMap
+from patterndb_sketch.retopo.ground import Ground, LocalMap, SurfacePoints
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -44,7 +44,7 @@ BEYOND = 0.4
 def close_patch(
     network: Network,
     patch: PlanarPatch,
-    edges: Sequence[GroundBoundary],
+    edges: Sequence[SurfaceBoundary],
     onto: LocalMap,
     sizes: Sizes,
 ) -> Edit:
@@ -66,7 +66,7 @@ def close_patch(
     for k, (_, part, _) in enumerate(parts):
         start, end = nodes[k], nodes[(k + 1) % len(nodes)]
         if isinstance(part, NewSide):
-            points = lift_to_ground(onto, sample_line(part.points, sizes.sampling))
+            points = lift_to_surface(onto, sample_line(part.points, sizes.sampling))
             leaving.append(2 * opened.add_chain(*points, AtNode(start), AtNode(end)))
         else:
             leaving.append(_find_leaving(opened, network, edges[part.boundary], part))
@@ -89,8 +89,8 @@ def has_short_stretch(patch: PlanarPatch) -> bool:
     return any(part.end - part.start < 2.0 * BEYOND for part in old)
 
 
-def lift_to_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:
-    """(m, 3) points and normals of a line in the plane; RefusedError where there is no ground."""
+def lift_to_surface(onto: LocalMap, line: Points) -> tuple[Points, Points]:
+    """(m, 3) points and normals of a line in the plane; RefusedError where there is no surface."""
     feet, found = onto.at(line)
     if not found.all():
         raise RefusedError(
@@ -120,18 +120,18 @@ def _make_node(
     opened: OpenNetwork,
     network: Network,
     corner: PlanarCorner,
-    edges: Sequence[GroundBoundary],
+    edges: Sequence[SurfaceBoundary],
     onto: LocalMap,
 ) -> int:
     if corner.boundary is not None:
         end = edges[corner.boundary].end(network, corner.place)
         return end.node if isinstance(end, AtNode) else opened.cut_chain(end.chain, end.place)
-    points, normals = lift_to_ground(onto, corner.point[None])
+    points, normals = lift_to_surface(onto, corner.point[None])
     return opened.add_node(points[0], normals[0])
 
 
 def _list_within(
-    network: Network, part: OldSide | NewSide, edges: Sequence[GroundBoundary]
+    network: Network, part: OldSide | NewSide, edges: Sequence[SurfaceBoundary]
 ) -> list[HalfChain]:
     """The half-chains that leave nodes inside a part."""
     if isinstance(part, NewSide):
@@ -140,7 +140,7 @@ def _list_within(
 
 
 def _find_leaving(
-    opened: OpenNetwork, network: Network, edge: GroundBoundary, part: OldSide
+    opened: OpenNetwork, network: Network, edge: SurfaceBoundary, part: OldSide
 ) -> HalfChain:
     """The half-chain by which a stretch of a boundary leaves its first node, after cutting."""
     half, local = edge.located(network, part.start + min(BEYOND, (part.end - part.start) / 2.0))
@@ -153,8 +153,8 @@ AT_NODE = 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class GroundBoundary:
-    """A boundary of patches on the ground: half-chains in a row without a patch on their left.
+class SurfaceBoundary:
+    """A boundary of patches on the surface: half-chains in a row without a patch on their left.
 
     halves:  in order. starts: (h + 1,) the numbers of the vertices at which each begins, the last
              that of the last vertex.
@@ -207,7 +207,7 @@ class GroundBoundary:
         return found
 
 
-def find_boundaries(network: Network) -> list[GroundBoundary]:
+def find_boundaries(network: Network) -> list[SurfaceBoundary]:
     """All boundaries of what is there.
 
     A half-chain belongs to one if it has no patch on its left and may have one, and there is a
@@ -234,7 +234,7 @@ def find_boundaries(network: Network) -> list[GroundBoundary]:
     }
     following = {half: find_successor(network.nodes, network.chains, half)[0] for half in empty}
     before = {after: half for half, after in following.items() if after in empty}
-    found: list[GroundBoundary] = []
+    found: list[SurfaceBoundary] = []
     done: set[HalfChain] = set()
     # Open ones from where they begin, then the closed ones, in the order of their numbers.
     for half in (*sorted(empty - before.keys()), *sorted(empty)):
@@ -246,7 +246,7 @@ def find_boundaries(network: Network) -> list[GroundBoundary]:
 
 
 def map_boundaries(
-    network: Network, edges: Sequence[GroundBoundary], onto: LocalMap
+    network: Network, edges: Sequence[SurfaceBoundary], onto: LocalMap
 ) -> tuple[list[PlanarBoundary], list[PlanarBoundary]]:
     """In the plane of a map, the boundaries, and the chains that are on none of them: strokes in
     the way of new curves. Strokes that the map does not reach are left out."""
@@ -271,15 +271,15 @@ def map_boundaries(
     return boundaries, strokes
 
 
-def measure_coarseness(ground: Ground, seeds: GroundPoints) -> float:
+def measure_coarseness(surface: Ground, seeds: SurfacePoints) -> float:
     """The length of the longest edge at the triangles under feet, or beside these."""
-    corners = np.unique(ground.triangles[seeds.triangles])
-    start, star = ground.topology.star_start, ground.topology.star
+    corners = np.unique(surface.triangles[seeds.triangles])
+    start, star = surface.topology.star_start, surface.topology.star
     longest = 0.0
     for vertex in corners.tolist():
-        beside = ground.vertices[star[start[vertex] : start[vertex + 1]]]
+        beside = surface.vertices[star[start[vertex] : start[vertex + 1]]]
         longest = max(
-            longest, float(np.linalg.norm(beside - ground.vertices[vertex], axis=1).max())
+            longest, float(np.linalg.norm(beside - surface.vertices[vertex], axis=1).max())
         )
     return longest
 
@@ -295,7 +295,9 @@ def _walk_row(
             return
 
 
-def join_half_chains(network: Network, row: Sequence[HalfChain], *, closed: bool) -> GroundBoundary:
+def join_half_chains(
+    network: Network, row: Sequence[HalfChain], *, closed: bool
+) -> SurfaceBoundary:
     """Half-chains in a row as one boundary."""
     points, normals, corner = [], [], []
     starts = [0]
@@ -313,7 +315,7 @@ def join_half_chains(network: Network, row: Sequence[HalfChain], *, closed: bool
         points.append(line[-1:])
         normals.append(up[-1:])
         corner.append(np.ones(1, bool))
-    return GroundBoundary(
+    return SurfaceBoundary(
         tuple(row),
         tuple(starts),
         closed,

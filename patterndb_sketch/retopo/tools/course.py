@@ -24,16 +24,16 @@ UNEVEN = 2.0
 SAMPLES_AHEAD = 2.0
 
 
-def take_to_ground(
-    points: Points, normals: Points, ground: Ground, sizes: Sizes
+def take_to_surface(
+    points: Points, normals: Points, surface: Ground, sizes: Sizes
 ) -> tuple[Points, Points]:
-    """(n, 3) points taken to the ground along normals (n, 3), with the ground's normals there."""
-    done = ground.project_near(points, normals, sizes)
+    """(n, 3) points taken to the surface along normals (n, 3), with the surface's normals there."""
+    done = surface.project_near(points, normals, sizes)
     return done.points, done.normals
 
 
 def even_course(
-    points: Points, normals: Points, ground: Ground, sizes: Sizes, closed: bool
+    points: Points, normals: Points, surface: Ground, sizes: Sizes, closed: bool
 ) -> tuple[Points, Points]:
     """A course (n, 3) with samples at equal arc length if they have come too far apart, or too
     near; else as it is. The ends of an open one stay exactly; a closed one repeats no point."""
@@ -46,7 +46,7 @@ def even_course(
     wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
     places = np.interp(wanted, along, np.arange(len(along)))
     up = interpolate_places(points, normals, places)[1]
-    even, up = take_to_ground(at_lengths(line, wanted), up, ground, sizes)
+    even, up = take_to_surface(at_lengths(line, wanted), up, surface, sizes)
     if not closed:
         even[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
     return even, up

@@ -17,7 +17,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Number, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, trace_geodesic
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, trace_geodesic
 from patterndb_sketch.retopo.network import (
     AtNode,
     Edit,
@@ -34,7 +34,7 @@ from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.network.stops import Nearness
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.closing import GroundBoundary, join_half_chains
+from patterndb_sketch.retopo.tools.closing import SurfaceBoundary, join_half_chains
 from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, drag_to_ends
 
 #: Patches between two loops without corners, unless told. Source: the released program of
@@ -52,9 +52,9 @@ CROSS = (
 
 def join_loops(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
-    stroke: GroundStroke,
+    stroke: SurfaceCurve,
     division: int = DIVISION,
     caps: Caps = "auto",
 ) -> Edit:
@@ -75,10 +75,12 @@ def join_loops(
         raise InvalidRetopoError(f"a division into {division}; give 2 to {MOST}")
     if caps not in CAPS:
         raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
-    opened = OpenNetwork(network, ground)
+    opened = OpenNetwork(network, surface)
     one, other = _find_ends(network, stroke, sizes.snap)
     pairs = _pair_places(one, other, division)
-    capped = [ring for ring, _ in (one, other) if _is_cap_wanted(opened.before, ground, ring, caps)]
+    capped = [
+        ring for ring, _ in (one, other) if _is_cap_wanted(opened.before, surface, ring, caps)
+    ]
     nodes = [
         [_make_node(opened, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
@@ -86,7 +88,7 @@ def join_loops(
     if any(len(set(found)) < len(found) for found in nodes):
         raise RefusedError("two of the curves would begin in one place; divide into fewer")
     joins = [
-        _join(opened, ground, sizes, a, b, stroke if k == 0 else None)
+        _join(opened, surface, sizes, a, b, stroke if k == 0 else None)
         for k, (a, b) in enumerate(zip(*nodes, strict=True))
     ]
     also = [2 * chain for chain in joins]
@@ -105,7 +107,7 @@ def join_loops(
 
 
 def _find_ends(
-    network: Network, stroke: GroundStroke, snap: float
+    network: Network, stroke: SurfaceCurve, snap: float
 ) -> tuple[tuple[Ring, int], tuple[Ring, int]]:
     """The rings that the stroke joins, with the vertices it snaps to."""
     if stroke.closed:
@@ -142,23 +144,23 @@ def _make_node(opened: OpenNetwork, network: Network, ring: Ring, place: float) 
 
 def _join(
     opened: OpenNetwork,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     one: int,
     other: int,
-    stroke: GroundStroke | None,
+    stroke: SurfaceCurve | None,
 ) -> int:
     """The chain from node to node: the stroke, or the shortest path; it must cross nothing."""
     ends = AtNode(one), AtNode(other)
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = ground.project_near(points, normals, sizes)
+        done = surface.project_near(points, normals, sizes)
         return done.points, done.normals
 
     if stroke is None:
         a, b = opened.nodes[one], opened.nodes[other]
-        feet = [ground.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
-        stroke = trace_geodesic(ground, feet[0], feet[1]).sample(ground, sizes.sampling)
+        feet = [surface.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
+        stroke = trace_geodesic(surface, feet[0], feet[1]).sample(surface, sizes.sampling)
     line, up = drag_to_ends(stroke.points, stroke.normals, opened, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
     made = insert_curve(opened, line, up, *ends, near, project)
@@ -219,7 +221,7 @@ Caps = Literal["auto", "always", "never"]
 CAPS = get_args(Caps)
 
 
-def _is_cap_wanted(network: Network, ground: Ground, ring: Ring, caps: Caps) -> bool:
+def _is_cap_wanted(network: Network, surface: Ground, ring: Ring, caps: Caps) -> bool:
     """Is there to be a patch on the other side of a ring?
 
     Never where that side has a patch, a mark or other curves; else always, or, by itself, where
@@ -236,7 +238,7 @@ def _is_cap_wanted(network: Network, ground: Ground, ring: Ring, caps: Caps) -> 
         return False
     if caps == "auto" and not is_end(network, loop):
         return False
-    why = explain_no_disk(ground, trace_outline(network, loop)[0])
+    why = explain_no_disk(surface, trace_outline(network, loop)[0])
     if why is not None and caps == "always":
         raise RefusedError(f"there can be no cap beyond a loop: {why}, or take the caps off")
     return why is None
@@ -258,7 +260,7 @@ class Ring:
     lengths: (n + 1,) float64 arc length at every vertex, and all around.
     """
 
-    edge: GroundBoundary
+    edge: SurfaceBoundary
     lengths: NDArray[np.float64]
 
     @property
@@ -326,7 +328,7 @@ def find_ring(
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     drawn = work.clean_stroke_here(a["points"], "the stroke", False)
     return work.keep_edit(
-        join_loops(work.network, work.ground, work.state.sizes, drawn, a["division"], a["caps"])
+        join_loops(work.network, work.surface, work.state.sizes, drawn, a["division"], a["caps"])
     )
 
 

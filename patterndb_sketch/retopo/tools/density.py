@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.arguments import (
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import choose_counts
 from patterndb_sketch.retopo.filling.fills import filling_of
-from patterndb_sketch.retopo.ground import GroundStroke
+from patterndb_sketch.retopo.ground import SurfaceCurve
 from patterndb_sketch.retopo.network import EVEN, BrushStroke, Density, Edit, Network
 from patterndb_sketch.retopo.network.density import MOST
 from patterndb_sketch.retopo.symmetry import mirror_stroke
@@ -39,9 +39,9 @@ HOW = ("finer", "coarser", "even")
 
 
 def make_brush_stroke(
-    stroke: GroundStroke, radius: float, factor: float, *, sets: bool = False
+    stroke: SurfaceCurve, radius: float, factor: float, *, sets: bool = False
 ) -> BrushStroke:
-    """A brush stroke along a line on the ground, of points no nearer than its radius asks for."""
+    """A brush stroke along a line on the surface, of points no nearer than its radius asks for."""
     points, normals = stroke.points, stroke.normals
     if stroke.closed:
         points, normals = (np.concatenate([one, one[:1]]) for one in (points, normals))
@@ -111,14 +111,14 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     return work.keep_edit(paint_density(network, edge, painted.painted(stroke)))
 
 
-def _draw(work: ToolWork, a: dict[str, Any]) -> GroundStroke:
-    """What is given, on the whole ground: both sides of a plane of symmetry are painted."""
+def _draw(work: ToolWork, a: dict[str, Any]) -> SurfaceCurve:
+    """What is given, on the whole surface: both sides of a plane of symmetry are painted."""
     if a["at"] is None:
         return work.clean_stroke(a["points"], False)
     # What is far off is refused there.
     work.find_foot(a["at"])
     foot = work.whole.nearest(a["at"][None])
-    return GroundStroke(foot.points, foot.normals, False)
+    return SurfaceCurve(foot.points, foot.normals, False)
 
 
 DENSITY = Tool(

@@ -33,7 +33,7 @@ from patterndb_sketch.retopo.draft.task import (
 )
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.faces import GroundParts
+from patterndb_sketch.retopo.network.faces import SurfaceParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
@@ -67,14 +67,14 @@ class _MadeDraft:
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     state, goal = _read_goal(work, a)
-    parted = part_touching(work.ground)
-    ground = parted.ground
+    parted = part_touching(work.surface)
+    surface = parted.surface
     notes: list[str] = []
     if len(parted.touching):
-        places = work.ground.vertices[parted.touching]
+        places = work.surface.vertices[parted.touching]
         said = count_places("a vertex", "vertices", places)
         notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
-    drafting = _Drafting(work, state, ground, a["symmetry"], a["strict"])
+    drafting = _Drafting(work, state, surface, a["symmetry"], a["strict"])
     best = drafting.draft(goal)
     made = best.made
     if not made.sound and (a["strict"] or made.report.tangled or not made.report.quads):
@@ -82,7 +82,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             f"no draft: there would be {'; '.join(made.flaws)}, by all that was tried; "
             "take another edge, mend the surface there, or draw by hand"
         )
-    if ground is not work.ground and made.sound:
+    if surface is not work.surface and made.sound:
         best = drafting.fill_touching(best, goal)
     now = replace(best.state, network=best.made.network)
     if goal.quad is not None:
@@ -92,14 +92,14 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
 
 def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
     """Read what is wanted; raises RefusedError for edges out of proportion."""
-    state, ground = work.state, work.ground
-    low, high = LEAST_EDGE * ground.diagonal, MOST_EDGE * ground.diagonal
+    state, surface = work.state, work.surface
+    low, high = LEAST_EDGE * surface.diagonal, MOST_EDGE * surface.diagonal
     quad: float | None = None
     edge = state.sizes.edge if a["edge"] is None else a["edge"]
     if a["quads"] is not None:
         if a["edge"] is not None:
             raise RefusedError("edge and quads both say how fine a draft is; give one of them")
-        area = float(ground.surface.areas.sum())
+        area = float(surface.surface.areas.sum())
         quad = float(np.sqrt(area / a["quads"]))
         edge = min(max(quad, float(np.sqrt(area / MOST_LAID)), low), high)
     if not low <= edge <= high:
@@ -123,7 +123,7 @@ class _Drafting:
 
     work: ToolWork
     state: State
-    ground: Ground
+    surface: Ground
     symmetry: bool
     strict: bool
 
@@ -154,25 +154,25 @@ class _Drafting:
 
     def _draft_all(self, goal: DraftGoal) -> _MadeDraft:
         """Draft all that is worked on."""
-        work, diagonal = self.work, self.work.ground.diagonal
+        work, diagonal = self.work, self.work.surface.diagonal
         low, high = LEAST_EDGE * diagonal, MOST_EDGE * diagonal
         edges = tuple(times for times in EDGES if low <= times * self.state.sizes.edge <= high)
-        task = DraftTask(work.network, self.ground, self.state.sizes, work.source, work.half, goal)
+        task = DraftTask(work.network, self.surface, self.state.sizes, work.source, work.half, goal)
         found = propose_by_parts(task, edges, strict=self.strict)
         return _MadeDraft(found.made, self.state, found.notes, found.creased)
 
     def _draft_half(self, goal: DraftGoal) -> tuple[_MadeDraft | None, str | None]:
         """Draft one half; None where the surface has none, and where that is refused, with why."""
-        work, state, ground = self.work, self.state, self.ground
+        work, state, surface = self.work, self.state, self.surface
         drawn = any(not chain.marked for chain in work.network.chains.values())
         may_halve = self.symmetry and not drawn and state.plane is None
-        found = propose_plane(ground) if may_halve else None
+        found = propose_plane(surface) if may_halve else None
         if found is None or not found.symmetric:
             return None, None
         try:
-            half = cut_half(ground, found.plane)
+            half = cut_half(surface, found.plane)
             if half.in_plane:
-                at = format_place(_find_in_plane(ground, half))
+                at = format_place(_find_in_plane(surface, half))
                 raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
             seam = begin_symmetry(work.network, half, state.sizes.sampling).network
             # Where a seam alone closes a loop it is a patch: of a draft its lines are to go there.
@@ -180,11 +180,11 @@ class _Drafting:
             if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
                 return None, None
             budget = DraftBudget(IN_VAIN_BY_HALVES)
-            task = DraftTask(seam, half.ground, state.sizes, work.source, half, goal, budget)
+            task = DraftTask(seam, half.surface, state.sizes, work.source, half, goal, budget)
             by_parts = propose_by_parts(task)
         except RefusedError as error:
             return None, str(error)
-        if not by_parts.made.sound and GroundParts.of(half.ground).parts > 1:
+        if not by_parts.made.sound and SurfaceParts.of(half.surface).parts > 1:
             # It is of one part alone.
             return None, f"there would be {'; '.join(by_parts.made.flaws)}"
         notes = (f"symmetry is on: {found.describe()}", *by_parts.notes)
@@ -192,7 +192,7 @@ class _Drafting:
         return _MadeDraft(by_parts.made, now, notes, by_parts.creased), None
 
     def fill_touching(self, draft: _MadeDraft, goal: DraftGoal) -> _MadeDraft:
-        """Fill the draft of a ground that was parted on the ground as it is.
+        """Fill the draft of a surface that was parted on the surface as it is.
 
         Raises RefusedError, with the place, where its quads are not sound there: where parts touch.
         """
@@ -221,18 +221,18 @@ def _is_better(one: _MadeDraft, other: _MadeDraft, goal: DraftGoal) -> bool:
 
 
 def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
-    """A draft of a ground that was parted, filled on the ground as it is.
+    """A draft of a surface that was parted, filled on the surface as it is.
 
     Raises RefusedError, with the place, where its quads are not sound there: where parts touch.
     """
     state = replace(draft.state, network=draft.made.network)
-    half, ground = work.half, work.ground
+    half, surface = work.half, work.surface
     if half is None and state.plane is not None:
-        half = cut_half(work.ground, state.plane)
-        ground = half.ground
+        half = cut_half(work.surface, state.plane)
+        surface = half.surface
     placed = draft.made.found.placed
-    found = fill_as_placed(state.network, ground, work.source, state.sizes.edge, placed)
-    made = ProposedDraft.of(found, DraftJudge(ground, half))
+    found = fill_as_placed(state.network, surface, work.source, state.sizes.edge, placed)
+    made = ProposedDraft.of(found, DraftJudge(surface, half))
     if not made.sound:
         raise RefusedError(
             f"no draft: there would be {'; '.join(made.flaws) or 'regions without quads'}, where "
@@ -247,10 +247,10 @@ def _give_up_halves(whole: _MadeDraft, why: str) -> _MadeDraft:
     return replace(whole, notes=(said, *whole.notes))
 
 
-def _find_in_plane(ground: Ground, half: Half) -> Points:
-    """(3,) the middle of a triangle of a ground that lies in a half's plane, and is in no half."""
-    off = np.abs(half.plane.heights(ground.vertices))[ground.triangles].max(axis=1)
-    return ground.vertices[ground.triangles[off.argmin()]].mean(axis=0)
+def _find_in_plane(surface: Ground, half: Half) -> Points:
+    """(3,) the middle of a triangle of a surface that lies in a half's plane, and is in no half."""
+    off = np.abs(half.plane.heights(surface.vertices))[surface.triangles].max(axis=1)
+    return surface.vertices[surface.triangles[off.argmin()]].mean(axis=0)
 
 
 def _describe(draft: _MadeDraft, wanted: int | None) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import GroundStroke
+from patterndb_sketch.retopo.ground import SurfaceCurve
 from patterndb_sketch.retopo.network.crossings import find_crossings
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
@@ -24,7 +24,7 @@ STRAIGHT = math.radians(30.0)
 SAMPLES_AHEAD = 2.0
 
 
-def erase_crossed_chains(network: Network, scribble: GroundStroke) -> Edit:
+def erase_crossed_chains(network: Network, scribble: SurfaceCurve) -> Edit:
     """Erase every chain that a scribble crosses, but marked ones; see :func:`erase_chains`.
 
     Raises RefusedError if it crosses none that can be erased.

@@ -24,13 +24,13 @@ def _flow(work: ToolWork, a: dict[str, Any]) -> Result:
         raise InvalidRetopoError("flow needs one of points, and clear: a point in the patch")
     if a["points"] is not None:
         drawn = work.clean_stroke_here(a["points"], "the line")
-        patch = find_patch(work.network, work.ground, drawn.points[len(drawn.points) // 2])
+        patch = find_patch(work.network, work.surface, drawn.points[len(drawn.points) // 2])
         line = drawn.points
         if drawn.closed:
             line = np.concatenate([line, line[:1]])
         return work.keep_network(add_flow(work.network, patch, line))
     return work.keep_network(
-        clear_flows(work.network, find_patch(work.network, work.ground, a["clear"]))
+        clear_flows(work.network, find_patch(work.network, work.surface, a["clear"]))
     )
 
 
@@ -51,7 +51,7 @@ def _choose(work: ToolWork, a: dict[str, Any]) -> Result:
     if (a["by"] is None) == (a["number"] is None):
         raise InvalidRetopoError("choose needs by, how many on in the list, or number")
     network, notes = complete_counts(work.network, work.state.sizes.edge)
-    patch = find_patch(network, work.ground, a["at"])
+    patch = find_patch(network, work.surface, a["at"])
     if a["by"] is not None:
         return work.keep_network(step_fill(network, patch, work.source, a["by"]), notes)
     return work.keep_network(take_fill(network, patch, work.source, a["number"]), notes)

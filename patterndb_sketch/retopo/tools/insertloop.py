@@ -40,7 +40,7 @@ from query.engine import PatternSource
 
 def insert_loop(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     sizes: Sizes,
     point: ArrayLike,
@@ -65,14 +65,14 @@ def insert_loop(
     """
     before = network
     network, notes = complete_counts(network, sizes.edge)
-    walk = _StripWalk(network, ground, source)
+    walk = _StripWalk(network, surface, source)
     at = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if at is not None and not walk.patch_of.keys().isdisjoint((2 * at.chain, 2 * at.chain + 1)):
         walk.through(
             2 * at.chain, find_edge_at(network.chains[at.chain], at.place, network.density)
         )
     else:
-        walk.through_patch(find_patch(network, ground, point), np.asarray(point, np.float64))
+        walk.through_patch(find_patch(network, surface, point), np.asarray(point, np.float64))
     after, told = walk.double()
     return Edit.of(before, after, (*notes, *told))
 
@@ -113,9 +113,9 @@ class _CrossedPatch:
 class _StripWalk:
     """Along a strip, from patch to patch."""
 
-    def __init__(self, network: Network, ground: Ground, source: PatternSource) -> None:
+    def __init__(self, network: Network, surface: Ground, source: PatternSource) -> None:
         self.network = network
-        self.ground = ground
+        self.surface = surface
         self.source = source
         self.patches: dict[int, _CrossedPatch] = {}
         self.gains: Counter[int] = Counter()  # edges more by chain
@@ -133,7 +133,7 @@ class _StripWalk:
 
     def through_patch(self, patch: int, point: np.ndarray) -> None:
         """From the edge of a patch's quads that is nearest to a point (3,)."""
-        self.network, placed = fill_patch(self.network, self.ground, self.source, patch)
+        self.network, placed = fill_patch(self.network, self.surface, self.source, patch)
         crossed = self._crossed(patch)
         expansion = crossed.expansion
         first = half = find_nearest_edge(placed, point)
@@ -185,7 +185,7 @@ class _StripWalk:
     def _crossed(self, patch: int) -> _CrossedPatch:
         if patch not in self.patches:
             if not has_suitable_fill(self.network, self.network.patches[patch]):
-                self.network, _ = fill_patch(self.network, self.ground, self.source, patch)
+                self.network, _ = fill_patch(self.network, self.surface, self.source, patch)
             self.patches[patch] = _CrossedPatch(self.network, self.network.patches[patch])
         return self.patches[patch]
 
@@ -212,7 +212,9 @@ def find_nearest_edge(placed: PlacedPatch, point: np.ndarray) -> int:
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     foot, sizes = work.find_foot(a["at"]), work.state.sizes
     point, normal = foot.points[0], foot.normals[0]
-    return work.keep_edit(insert_loop(work.network, work.ground, work.source, sizes, point, normal))
+    return work.keep_edit(
+        insert_loop(work.network, work.surface, work.source, sizes, point, normal)
+    )
 
 
 INSERT_LOOP = Tool(

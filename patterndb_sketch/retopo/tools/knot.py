@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 
 def clean_knot(
-    network: Network, ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+    network: Network, surface: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> Edit:
     """Replace everything within the snap radius by one corner at a point.
 
@@ -58,7 +58,7 @@ def clean_knot(
         raise RefusedError("no curve leaves the circle: erase what is within instead")
     centre = opened.add_node(at, up)
     # None is joined to its lead before all leads are there: these alone tell the order.
-    for node, chain in [(node, _add_lead(opened, ground, sizes, node, centre)) for node in rim]:
+    for node, chain in [(node, _add_lead(opened, surface, sizes, node, centre)) for node in rim]:
         (outer, *others) = [h >> 1 for h in opened.nodes[node].ends if h >> 1 != chain]
         if opened.nodes[node].cut and not others:
             kept = opened.chains[outer]
@@ -90,14 +90,14 @@ def _find_passages(
     return found
 
 
-def _add_lead(opened: OpenNetwork, ground: Ground, sizes: Sizes, node: int, centre: int) -> int:
+def _add_lead(opened: OpenNetwork, surface: Ground, sizes: Sizes, node: int, centre: int) -> int:
     """A straight chain from a node on the circle to its centre."""
     rim, hub = opened.nodes[node], opened.nodes[centre]
     steps = max(2, round(float(np.linalg.norm(hub.point - rim.point)) / sizes.sampling))
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     line = (1.0 - share) * rim.point + share * hub.point
     up = (1.0 - share) * rim.normal + share * hub.normal
-    done = ground.project_near(line, up, sizes)
+    done = surface.project_near(line, up, sizes)
     return opened.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
 
 
@@ -107,7 +107,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if a["radius"] is not None:
         sizes = replace(sizes, snap=work.check_length("knot: radius", a["radius"]))
     return work.keep_edit(
-        clean_knot(work.network, work.ground, sizes, foot.points[0], foot.normals[0])
+        clean_knot(work.network, work.surface, sizes, foot.points[0], foot.normals[0])
     )
 
 

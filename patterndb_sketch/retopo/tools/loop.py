@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import AT, Argument, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints, GroundStroke, cut_by_plane
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, SurfacePoints, cut_by_plane
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -24,9 +24,9 @@ TIMES_THE_LINE = 10.0
 
 def cut_loop(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
-    start: GroundPoints,
+    start: SurfacePoints,
     normal: ArrayLike,
     limit: float | None = None,
 ) -> Edit:
@@ -37,14 +37,20 @@ def cut_loop(
     cut is given up, None for never. Where it crosses chains both are cut.
     Raises RefusedError if the plane only touches the surface, or the cut is too long.
     """
-    return insert_stroke(network, ground, sizes, preview_loop(ground, sizes, start, normal, limit))
+    return insert_stroke(
+        network, surface, sizes, preview_loop(surface, sizes, start, normal, limit)
+    )
 
 
 def preview_loop(
-    ground: Ground, sizes: Sizes, start: GroundPoints, normal: ArrayLike, limit: float | None = None
-) -> GroundStroke:
+    surface: Ground,
+    sizes: Sizes,
+    start: SurfacePoints,
+    normal: ArrayLike,
+    limit: float | None = None,
+) -> SurfaceCurve:
     """The curve that :func:`cut_loop` would add; raises as that does."""
-    return cut_by_plane(ground, start, normal, limit).sample(ground, sizes.sampling)
+    return cut_by_plane(surface, start, normal, limit).sample(surface, sizes.sampling)
 
 
 def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple[Points, float]:
@@ -62,7 +68,7 @@ def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     start = work.find_foot(a["at"])
-    found = cut_loop(work.network, work.ground, work.state.sizes, start, a["normal"], a["limit"])
+    found = cut_loop(work.network, work.surface, work.state.sizes, start, a["normal"], a["limit"])
     return work.keep_edit(found)
 
 

@@ -41,7 +41,7 @@ LEAST = 1e-3
 
 def move_pair(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     source: PatternSource,
     sizes: Sizes,
     patch: int,
@@ -67,7 +67,7 @@ def move_pair(
     if way == 0.0:
         return Edit.of(before, before)
     network, told = complete_counts(network, sizes.edge)
-    network, _ = fill_patch(network, ground, source, patch)
+    network, _ = fill_patch(network, surface, source, patch)
     at = network.patches[patch]
     former = filling_of(at)
     assert former.choice is not None
@@ -192,10 +192,10 @@ def _lay(
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     start, end = work.find_foot(a["at"]), work.find_foot(a["to"])
-    patch = find_patch(work.network, work.ground, a["at"])
+    patch = find_patch(work.network, work.surface, a["at"])
     point, drag = start.points[0], end.points[0] - start.points[0]
     return work.keep_edit(
-        move_pair(work.network, work.ground, work.source, work.state.sizes, patch, point, drag)
+        move_pair(work.network, work.surface, work.source, work.state.sizes, patch, point, drag)
     )
 
 

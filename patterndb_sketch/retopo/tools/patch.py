@@ -9,7 +9,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
@@ -35,21 +35,21 @@ from patterndb_sketch.retopo.wording import format_place
 STRAY = 0.1
 
 
-def make_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
+def make_patch(network: Network, surface: Ground, place: SurfacePoints) -> Edit:
     """Make a patch of the loop around a place, whatever it encloses.
 
     place: one foot. Raises RefusedError if no loop is around it, or several are; if the loop has
-    an open end, a marked side or fewer than two corners, or goes around no disk of the ground; and
+    an open end, a marked side or fewer than two corners, or goes around no disk of the surface; and
     if it is a patch already.
     """
-    half = find_loop(network, ground, place)
+    half = find_loop(network, surface, place)
     if half in network.patch_of():
         raise RefusedError("this is a patch already")
     loop, _ = walk_face(network.nodes, network.chains, half)
-    why = explain_no_disk(ground, trace_outline(network, loop)[0])
+    why = explain_no_disk(surface, trace_outline(network, loop)[0])
     if why is not None:
         raise RefusedError(f"the loop around this place can be no patch: {why}")
-    opened = OpenNetwork(network, ground)
+    opened = OpenNetwork(network, surface)
     try:
         return Edit.of(network, opened.finish(also=(half,)))
     except InvalidRetopoError as error:
@@ -59,41 +59,41 @@ def make_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
         ) from error
 
 
-def drop_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
+def drop_patch(network: Network, surface: Ground, place: SurfacePoints) -> Edit:
     """Let the loop around a place be no patch; its curves stay.
 
     It stays so until one of its curves is cut, joined or given another corner: then the loop is
     looked at anew, as any. Raises RefusedError if there is no patch.
     """
-    patch = network.patch_of().get(find_loop(network, ground, place))
+    patch = network.patch_of().get(find_loop(network, surface, place))
     if patch is None:
         raise RefusedError("there is no patch here; point into one")
     return Edit.of(network, remove_patch(network, patch))
 
 
-def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChain:
-    """A half-chain of the loop around a place, one foot: the ground is flooded from there up to
+def find_loop(network: Network, surface: Ground, place: SurfacePoints) -> HalfChain:
+    """A half-chain of the loop around a place, one foot: the surface is flooded from there up to
     the curves. Raises RefusedError if none is met, or more than one loop."""
     chains = sorted(network.chains)
     if not chains:
         raise RefusedError("there is no curve yet")
     lines = [network.chains[chain] for chain in chains]
-    wall = make_wall(ground, [(line.points, line.loose) for line in lines])
+    wall = make_wall(surface, [(line.points, line.loose) for line in lines])
     at = place.triangles[:1]
     if wall.crossed[at[0]]:
         return _find_beside(network, wall, chains, place)
-    found = flood_triangles(ground, wall.crossed, at, np.inf)
+    found = flood_triangles(surface, wall.crossed, at, np.inf)
     assert found is not None
-    inside = np.zeros(len(ground.triangles), np.bool_)
+    inside = np.zeros(len(surface.triangles), np.bool_)
     inside[found[0]] = True
-    gap = find_gap(ground, wall, inside)
+    gap = find_gap(surface, wall, inside)
     if gap is not None:
         raise RefusedError(
             f"a curve around this place leaves the surface at {format_place(gap.point)}, for "
             "another part of it: erase it, or redraw it along the surface; curves further away do "
             "not matter"
         )
-    loops = _find_loops(network, ground, wall, chains, wall.beside[inside[wall.beside]])
+    loops = _find_loops(network, surface, wall, chains, wall.beside[inside[wall.beside]])
     if not loops:
         raise RefusedError("no curve is around this place")
     if len(loops) > 1:
@@ -104,10 +104,10 @@ def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChai
 
 
 def _find_loops(
-    network: Network, ground: Ground, wall: Wall, chains: list[int], rim: Int32Array
+    network: Network, surface: Ground, wall: Wall, chains: list[int], rim: Int32Array
 ) -> list[HalfChain]:
     """The lowest half-chain of each loop that triangles beside the curves are on the left of."""
-    sample, side = wall.side_of(ground, rim)
+    sample, side = wall.side_of(surface, rim)
     votes: dict[HalfChain, int] = {}
     for k in np.flatnonzero(np.abs(side) > CLEAR):
         half = 2 * chains[int(wall.curve[sample[k]])] + int(side[k] < 0.0)
@@ -121,7 +121,9 @@ def _find_loops(
     return sorted(first for first, count in loops.items() if count >= STRAY * most)
 
 
-def _find_beside(network: Network, wall: Wall, chains: list[int], place: GroundPoints) -> HalfChain:
+def _find_beside(
+    network: Network, wall: Wall, chains: list[int], place: SurfacePoints
+) -> HalfChain:
     """By the nearest curve: on a triangle that one crosses flooding tells nothing."""
     away = place.points[0] - wall.points
     k = int(np.argmin(np.linalg.norm(away, axis=1)))
@@ -131,7 +133,7 @@ def _find_beside(network: Network, wall: Wall, chains: list[int], place: GroundP
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     change = drop_patch if a["off"] else make_patch
-    return work.keep_edit(change(work.network, work.ground, work.find_foot(a["at"])))
+    return work.keep_edit(change(work.network, work.surface, work.find_foot(a["at"])))
 
 
 PATCH = Tool(

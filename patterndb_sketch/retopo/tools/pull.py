@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.network.samples import (
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
 from patterndb_sketch.retopo.tools.joining import NodeJoint, find_joint, join_nodes
 
 #: More chains than this end at no node.
@@ -49,7 +49,7 @@ def find_held(
 
 def pull_held(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     at: AtNode | AtChain,
     point: ArrayLike,
@@ -68,14 +68,14 @@ def pull_held(
     InvalidRetopoError for what is not there. Source: the program of Takayama et al. 2013. Differs
     from it: t is by arc length; points are projected along normals that turn with the hand's.
     """
-    to, up = _take_to_surface(ground, sizes, point, normal)
+    to, up = _take_to_surface(surface, sizes, point, normal)
     opened = OpenNetwork(network)
     if isinstance(at, AtNode):
         moved = _chains_of(network, at.node)
-        move_node_to(opened, ground, sizes, at.node, to, up)
+        move_node_to(opened, surface, sizes, at.node, to, up)
     else:
         moved = {at.chain}
-        _move_place_to(opened, ground, sizes, network.chain(at.chain), at.place, to, up)
+        _move_place_to(opened, surface, sizes, network.chain(at.chain), at.place, to, up)
     for chain in moved:
         if not opened.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
@@ -85,7 +85,7 @@ def pull_held(
 
 def release_held(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     at: AtNode | AtChain,
     point: ArrayLike,
@@ -105,27 +105,27 @@ def release_held(
     Raises as :func:`pull_held` does. Source: the program of Takayama et al. 2013.
     """
     if isinstance(at, AtChain):
-        return pull_held(network, ground, sizes, at, point, normal)
-    to, up = _take_to_surface(ground, sizes, point, normal)
+        return pull_held(network, surface, sizes, at, point, normal)
+    to, up = _take_to_surface(surface, sizes, point, normal)
     moved = _chains_of(network, at.node)
     target = find_joint(network, sizes, at.node, to, up)
     if target is None:
-        return pull_held(network, ground, sizes, at, point, normal)
+        return pull_held(network, surface, sizes, at, point, normal)
     opened = OpenNetwork(network)
     node = opened.end_node(target, to, up)
     move_node_to(
-        opened, ground, sizes, at.node, opened.nodes[node].point, opened.nodes[node].normal
+        opened, surface, sizes, at.node, opened.nodes[node].point, opened.nodes[node].normal
     )
     done = join_nodes(opened, sizes, NodeJoint(at.node, node), smooth)
     if isinstance(done, str):
-        dropped = pull_held(network, ground, sizes, at, point, normal)
+        dropped = pull_held(network, surface, sizes, at, point, normal)
         return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
     after = done.finish()
     return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 
 def move_node_to(
-    opened: OpenNetwork, ground: Ground, sizes: Sizes, node: int, point: Points, normal: Points
+    opened: OpenNetwork, surface: Ground, sizes: Sizes, node: int, point: Points, normal: Points
 ) -> None:
     """Move a node to a point (3,) with its normal; its chains follow by even shares.
 
@@ -139,12 +139,12 @@ def move_node_to(
     for old in chains.values():
         away = np.linspace(0.0, 1.0, len(old.points))
         share = (old.start == node) * (1.0 - away) + (old.end == node) * away
-        _reshape(opened, ground, sizes, old, share, move, turn)
+        _reshape(opened, surface, sizes, old, share, move, turn)
 
 
 def _move_place_to(
     opened: OpenNetwork,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     line: Chain,
     place: float,
@@ -169,12 +169,12 @@ def _move_place_to(
             (along - along[k]) / (along[-1] - along[k]),
         )
     share = (1.0 - t) ** 4 * (4.0 * t + 1.0)
-    _reshape(opened, ground, sizes, line, share, point - line.points[k], normal - line.normals[k])
+    _reshape(opened, surface, sizes, line, share, point - line.points[k], normal - line.normals[k])
 
 
 def _reshape(
     opened: OpenNetwork,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
     old: Chain,
     share: NDArray[np.float64],
@@ -183,15 +183,15 @@ def _reshape(
 ) -> None:
     """Move the samples of a chain by shares (n,) of a move (3,), turning their normals."""
     part = share[:, None]
-    points, normals = take_to_ground(
-        old.points + part * move, units(old.normals + part * turn), ground, sizes
+    points, normals = take_to_surface(
+        old.points + part * move, units(old.normals + part * turn), surface, sizes
     )
     still = share == 0.0
     points[still], normals[still] = old.points[still], old.normals[still]
     if not old.loose:
         for k, node in ((0, old.start), (-1, old.end)):
             points[k], normals[k] = opened.nodes[node].point, opened.nodes[node].normal
-    opened.reshape_chain(old.id, *even_course(points, normals, ground, sizes, old.loose))
+    opened.reshape_chain(old.id, *even_course(points, normals, surface, sizes, old.loose))
 
 
 def _chains_of(network: Network, node: int) -> set[int]:
@@ -205,10 +205,10 @@ def _refuse_marked(lines: Iterable[Chain]) -> None:
 
 
 def _take_to_surface(
-    ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+    surface: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> tuple[Points, Points]:
-    points, normals = take_to_ground(
-        np.asarray(point, np.float64)[None], np.asarray(normal, np.float64)[None], ground, sizes
+    points, normals = take_to_surface(
+        np.asarray(point, np.float64)[None], np.asarray(normal, np.float64)[None], surface, sizes
     )
     return points[0], normals[0]
 
@@ -219,7 +219,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     at = find_held(work.network, sizes, start.points[0], start.normals[0])
     return work.keep_edit(
         release_held(
-            work.network, work.ground, sizes, at, end.points[0], end.normals[0], a["smooth"]
+            work.network, work.surface, sizes, at, end.points[0], end.normals[0], a["smooth"]
         )
     )
 

@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.arguments import POINTS
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.network.samples import (
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import find_crossed, take_to_ground
+from patterndb_sketch.retopo.tools.course import find_crossed, take_to_surface
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +42,7 @@ class _Part:
     distance: float
 
 
-def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundStroke) -> Edit:
+def redraw_chain(network: Network, surface: Ground, sizes: Sizes, stroke: SurfaceCurve) -> Edit:
     """Let a chain run along a stroke, cleaned before, between the places where both its ends are
     within the snap radius of the chain.
 
@@ -77,7 +77,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     edges = max(2, round(along[-1] / sizes.sampling))
     wanted = np.linspace(0.0, along[-1], edges + 1)
     up = interpolate_places(way, up, np.interp(wanted, along, np.arange(len(along))))[1]
-    way, up = take_to_ground(at_lengths(way, wanted), up, ground, sizes)
+    way, up = take_to_surface(at_lengths(way, wanted), up, surface, sizes)
     way[[0, -1]], up[[0, -1]] = ends, above
     points, normals = _splice(line, part, way, up)
     opened = OpenNetwork(network)
@@ -92,7 +92,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     return Edit.of(network, after)
 
 
-def _find_part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
+def _find_part(network: Network, sizes: Sizes, stroke: SurfaceCurve) -> _Part:
     """The part of the chain that is nearest to both ends of a stroke."""
     best: _Part | None = None
     for chain, line in network.chains.items():
@@ -113,7 +113,7 @@ def _find_part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
 
 
 def _part_between(
-    line: Chain, one: float, two: float, distance: float, sizes: Sizes, stroke: GroundStroke
+    line: Chain, one: float, two: float, distance: float, sizes: Sizes, stroke: SurfaceCurve
 ) -> _Part:
     """The part of a chain between two places. Of a chain that is closed, with a node or without,
     there may be two: that which is nearer to the stroke."""
@@ -163,7 +163,7 @@ def _splice(line: Chain, part: _Part, way: Points, up: Points) -> tuple[Points, 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     drawn = work.clean_stroke_here(a["points"], "the stroke", False)
-    return work.keep_edit(redraw_chain(work.network, work.ground, work.state.sizes, drawn))
+    return work.keep_edit(redraw_chain(work.network, work.surface, work.state.sizes, drawn))
 
 
 REDRAW = Tool(

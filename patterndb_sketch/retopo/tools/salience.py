@@ -1,4 +1,4 @@
-"""Find what of a ground is salient: ridges and valleys, and where they pull a curve."""
+"""Find what of a surface is salient: ridges and valleys, and where they pull a curve."""
 
 from __future__ import annotations
 
@@ -49,10 +49,10 @@ ROWS, COLUMNS = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Salience:
-    """The curvature of a ground in dots, for one target edge; made once for both.
+    """The curvature of a surface in dots, for one target edge; made once for both.
 
     edge:    the target edge.
-    points:  (d, 3) float64, where the dots are, and normals: (d, 3) the ground's there.
+    points:  (d, 3) float64, where the dots are, and normals: (d, 3) the surface's there.
     tensors: (d, 6) float64, the curvature of each, times its area: a symmetric matrix as
              xx, yy, zz, xy, xz, yz. Positive along a ridge, negative along a valley.
 
@@ -70,19 +70,19 @@ class Salience:
     _starts: Int64Array
 
     @classmethod
-    def of(cls, ground: Ground, edge: float) -> Salience:
-        """Of a ground, for a target edge; raises InvalidRetopoError for one too short for it."""
+    def of(cls, surface: Ground, edge: float) -> Salience:
+        """Of a surface, for a target edge; raises InvalidRetopoError for one too short for it."""
         if not (math.isfinite(edge) and edge > 0.0):
             raise InvalidRetopoError(f"the target edge is {edge}; give a length above 0")
-        ends, angle, normal = _measure_bends(ground)
+        ends, angle, normal = _measure_bends(surface)
         step = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(step, axis=1)
         dots = np.maximum(1.0, np.ceil(length / (SPACING * edge)))
-        cells = ground.diagonal / (SPACING * edge)
+        cells = surface.diagonal / (SPACING * edge)
         if dots.sum() > MOST_DOTS or cells >= 1 << CELL_BITS:
             raise InvalidRetopoError(
                 f"the target edge {edge:g} is too short for this surface, of diagonal "
-                f"{ground.diagonal:g}, to look for ridges and valleys; make it longer"
+                f"{surface.diagonal:g}, to look for ridges and valleys; make it longer"
             )
         count = dots.astype(np.int64)
         which = np.repeat(np.arange(len(count)), count)
@@ -157,10 +157,10 @@ class Salience:
         return to_feature * size, pull
 
 
-def _measure_bends(ground: Ground) -> tuple[Points, NDArray[np.float64], Points]:
+def _measure_bends(surface: Ground) -> tuple[Points, NDArray[np.float64], Points]:
     """The edges that bend: ends (e, 2, 3), angles (e,), above 0 where it is a ridge, and
     normals (e, 3)."""
-    across, triangles, vertices = ground.topology.across, ground.triangles, ground.vertices
+    across, triangles, vertices = surface.topology.across, surface.triangles, surface.vertices
     side = np.flatnonzero(across > np.arange(len(across)))
     other = across[side]
     corner = vertices[triangles]

@@ -15,7 +15,7 @@ from patterndb_sketch.retopo.network.samples import find_nearest_place, take_sam
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import note_crossings, take_to_ground
+from patterndb_sketch.retopo.tools.course import note_crossings, take_to_surface
 
 #: Rounds of smoothing at one call. Source: the released program of Takayama et al. 2013.
 ROUNDS = 25
@@ -25,7 +25,7 @@ FEWEST_OPEN, FEWEST_CLOSED = 5, 3
 
 
 def smooth_nearest(
-    network: Network, ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+    network: Network, surface: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> Edit:
     """Smooth the chain nearest to a point within the snap radius; see :func:`smooth_chain`.
 
@@ -34,10 +34,10 @@ def smooth_nearest(
     place = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if place is None:
         raise RefusedError("no curve is near: press closer to one")
-    return smooth_chain(network, ground, sizes, place.chain)
+    return smooth_chain(network, surface, sizes, place.chain)
 
 
-def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> Edit:
+def smooth_chain(network: Network, surface: Ground, sizes: Sizes, chain: int) -> Edit:
     """ROUNDS of smoothing as strokes get it, each projected; the ends of an open chain stay, and
     patches stay patches.
 
@@ -53,8 +53,8 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
         raise RefusedError(f"the curve has fewer than {least} points: it is as smooth as can be")
     points, normals = line.points, line.normals
     for _ in range(ROUNDS):
-        points, normals = take_to_ground(
-            smooth_polyline(points, 1, line.loose), normals, ground, sizes
+        points, normals = take_to_surface(
+            smooth_polyline(points, 1, line.loose), normals, surface, sizes
         )
     opened = OpenNetwork(network)
     opened.reshape_chain(chain, points, normals)
@@ -65,7 +65,9 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     foot = work.find_foot(a["at"])
     return work.keep_edit(
-        smooth_nearest(work.network, work.ground, work.state.sizes, foot.points[0], foot.normals[0])
+        smooth_nearest(
+            work.network, work.surface, work.state.sizes, foot.points[0], foot.normals[0]
+        )
     )
 
 

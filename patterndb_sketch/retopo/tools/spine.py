@@ -3,7 +3,7 @@
 Source: sketch-based quad meshes paper, section 4 and Fig. 4. The patch is planned in the plane of
 the stroke's parameterisation (:func:`plan_spine`): its ends snap where the stroke meets a boundary
 (:func:`_snap_end`, orthogonal snapping), its flanks where boundaries run along
-(:func:`_plan_flank`, parallel snapping). :func:`draw_spine` takes it from the ground there and
+(:func:`_plan_flank`, parallel snapping). :func:`draw_spine` takes it from the surface there and
 back into the network.
 """
 
@@ -22,19 +22,19 @@ from patterndb_sketch.retopo.arguments import POINTS, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import (
     Ground,
-    GroundStroke,
     LocalMap,
     MapExtent,
+    SurfaceCurve,
     spread_map,
 )
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
-    GroundBoundary,
+    SurfaceBoundary,
     close_patch,
     find_boundaries,
-    lift_to_ground,
+    lift_to_surface,
     map_boundaries,
     measure_coarseness,
     sample_line,
@@ -59,23 +59,23 @@ class SpinePatch:
     """A patch about a stroke before it is in the network: what a preview shows."""
 
     patch: PlanarPatch
-    edges: tuple[GroundBoundary, ...]
+    edges: tuple[SurfaceBoundary, ...]
     onto: LocalMap
 
-    def is_on_ground(self, sizes: Sizes) -> bool:
-        """Does its map have ground under all of its new curves?"""
+    def is_on_surface(self, sizes: Sizes) -> bool:
+        """Does its map have surface under all of its new curves?"""
         lines = (sample_line(line, sizes.sampling) for line in self.patch.curves)
         return all(self.onto.at(line)[1].all() for line in lines)
 
     def curves(self, sizes: Sizes) -> list[Points]:
-        """Its new curves on the ground, each (m, 3)."""
+        """Its new curves on the surface, each (m, 3)."""
         return [
-            lift_to_ground(self.onto, sample_line(line, sizes.sampling))[0]
+            lift_to_surface(self.onto, sample_line(line, sizes.sampling))[0]
             for line in self.patch.curves
         ]
 
 
-def draw_spine(network: Network, ground: Ground, stroke: GroundStroke, sizes: Sizes) -> Edit:
+def draw_spine(network: Network, surface: Ground, stroke: SurfaceCurve, sizes: Sizes) -> Edit:
     """The network with a four-sided patch whose midline is the stroke.
 
     The patch is ``sizes.spine`` wide to either side, less where a boundary is nearer. Raises
@@ -84,12 +84,12 @@ def draw_spine(network: Network, ground: Ground, stroke: GroundStroke, sizes: Si
 
     Source: sketch-based quad meshes paper, section 4, and section 5 on its parameterisation.
     """
-    found = preview_spine(network, ground, stroke, sizes)
+    found = preview_spine(network, surface, stroke, sizes)
     return close_patch(network, found.patch, found.edges, found.onto, sizes)
 
 
 def preview_spine(
-    network: Network, ground: Ground, stroke: GroundStroke, sizes: Sizes
+    network: Network, surface: Ground, stroke: SurfaceCurve, sizes: Sizes
 ) -> SpinePatch:
     """The patch that :func:`draw_spine` would make; raises as that does."""
     if stroke.closed:
@@ -102,12 +102,12 @@ def preview_spine(
         )
     width, snap = sizes.spine, sizes.snap_within(sizes.spine)
     length = float(arc_length(stroke.points)[-1])
-    seeds = ground.nearest_facing(stroke.points, stroke.normals).feet
+    seeds = surface.nearest_facing(stroke.points, stroke.normals).feet
     along = np.gradient(stroke.points, axis=0)
     edges = find_boundaries(network)
 
     def plan_within(window: MapExtent) -> SpinePatch:
-        onto = spread_map(ground, seeds, along, window)
+        onto = spread_map(surface, seeds, along, window)
         boundaries, strokes = map_boundaries(network, edges, onto)
         patch = plan_spine(boundaries, length, width, snap)
         wrong = find_fault(patch, [*boundaries, *strokes])
@@ -117,10 +117,10 @@ def preview_spine(
 
     window = MapExtent.spine(width, length)
     found = plan_within(window)
-    if found.is_on_ground(sizes):
+    if found.is_on_surface(sizes):
         return found
     # Where triangles are coarse the usual extent has hardly one of them whole.
-    return plan_within(window.widen(measure_coarseness(ground, seeds)))
+    return plan_within(window.widen(measure_coarseness(surface, seeds)))
 
 
 def plan_spine(
@@ -448,7 +448,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if a["width"] is not None:
         sizes = replace(sizes, spine=work.check_length("spine: width", a["width"]) / 2.0)
     drawn = work.clean_stroke_here(a["points"], "the spine", False)
-    return work.keep_edit(draw_spine(work.network, work.ground, drawn, sizes))
+    return work.keep_edit(draw_spine(work.network, work.surface, drawn, sizes))
 
 
 SPINE = Tool(

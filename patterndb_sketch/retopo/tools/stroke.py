@@ -15,7 +15,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke
+from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network import SYMMETRY
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.insertion import (
@@ -52,9 +52,9 @@ DOUBLED = 0.5
 
 def insert_stroke(
     network: Network,
-    ground: Ground,
+    surface: Ground,
     sizes: Sizes,
-    stroke: GroundStroke,
+    stroke: SurfaceCurve,
     start: End | None = None,
     end: End | None = None,
     smooth: tuple[bool, bool] = (False, False),
@@ -78,13 +78,13 @@ def insert_stroke(
     """
     if stroke.closed and not (start is None and end is None):
         raise InvalidRetopoError("a closed stroke has no ends to join; leave start and end out")
-    opened = OpenNetwork(network, ground)
+    opened = OpenNetwork(network, surface)
     same = min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap)
     near = Nearness(same, (sizes.snap, sizes.snap), sizes.snap)
     line, up = stroke.points, stroke.normals
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = ground.project_near(points, normals, sizes)
+        done = surface.project_near(points, normals, sizes)
         return done.points, done.normals
 
     joints: list[int] = []
@@ -180,10 +180,10 @@ def insert_stroke_on_half(
     network: Network,
     half: Half,
     sizes: Sizes,
-    stroke: GroundStroke,
+    stroke: SurfaceCurve,
     smooth: tuple[bool, bool] = (False, False),
 ) -> Edit:
-    """Add a stroke, cleaned on the whole ground, to a network on half of it.
+    """Add a stroke, cleaned on the whole surface, to a network on half of it.
 
     It is split at the plane, and what is beyond is dropped and told; parts end on the seam, at a
     node there within the snap radius, else where they cross. See
@@ -204,7 +204,7 @@ def insert_stroke_on_half(
         ends: list[End | None] = [
             _find_on_seam(after, part, k, sizes) if part.on[k] else None for k in (0, 1)
         ]
-        edit = insert_stroke(after, half.ground, sizes, part.stroke, ends[0], ends[1], smooth)
+        edit = insert_stroke(after, half.surface, sizes, part.stroke, ends[0], ends[1], smooth)
         after = _erase_level(edit.network, edit.chains, half, sizes)
         notes += [note for note in edit.notes if note not in notes]
     return Edit.of(network, after, notes)
@@ -247,7 +247,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             insert_stroke_on_half(work.network, work.half, work.state.sizes, drawn, smooth)
         )
     return work.keep_edit(
-        insert_stroke(work.network, work.ground, work.state.sizes, drawn, smooth=smooth)
+        insert_stroke(work.network, work.surface, work.state.sizes, drawn, smooth=smooth)
     )
 
 

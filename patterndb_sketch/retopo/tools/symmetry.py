@@ -55,7 +55,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         raise InvalidRetopoError(
             "tolerance is how far off a plane may be that find takes; give find"
         )
-    found = _find_own(work.ground, a["tolerance"]) if a["find"] else _read_plane(work.ground, a)
+    found = _find_own(work.surface, a["tolerance"]) if a["find"] else _read_plane(work.surface, a)
     plane = found.plane
     notes: tuple[str, ...] = ()
     if a["find"]:
@@ -65,26 +65,26 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             f"the surface is not symmetric in {found.describe()}: the other half's quads will not "
             "lie on it",
         )
-    half = cut_half(work.ground, plane)
+    half = cut_half(work.surface, plane)
     edit = begin_symmetry(work.network, half, work.state.sizes.sampling)
     return Result(replace(work.state, network=edit.network, plane=plane), (*notes, *edit.notes))
 
 
-def _read_plane(ground: Ground, a: dict[str, Any]) -> Proposal:
+def _read_plane(surface: Ground, a: dict[str, Any]) -> Proposal:
     """The plane that a call names, with how far off it is."""
     point = (0.0, 0.0, 0.0) if a["point"] is None else a["point"]
     normal = AXES[a["axis"] or "x"] if a["normal"] is None else a["normal"]
-    return propose_given(ground, Plane.of(point, normal))
+    return propose_given(surface, Plane.of(point, normal))
 
 
-def _find_own(ground: Ground, tolerance: float | None) -> Proposal:
+def _find_own(surface: Ground, tolerance: float | None) -> Proposal:
     """The surface's own plane; raises RefusedError, with what there is instead, if it has none."""
-    found = propose_plane(ground)
+    found = propose_plane(surface)
     most = SYMMETRIC if tolerance is None else tolerance
     if found.off <= most:
         return found
     even = ", ".join(
-        f"{name} {format_share(propose_given(ground, Plane.of((0.0, 0.0, 0.0), across)).off)}"
+        f"{name} {format_share(propose_given(surface, Plane.of((0.0, 0.0, 0.0), across)).off)}"
         for name, across in AXES.items()
     )
     raise RefusedError(

@@ -60,8 +60,8 @@ def make_explorer(
     return ExplorerWindow(saver, "explore", settings, opener)
 
 
-def make_retopo(settings: ShellSettings, folder: Path, ground: Any = None) -> ShellWindow:
-    """Make the window of retopology, on a flat sheet unless another ground is given."""
+def make_retopo(settings: ShellSettings, folder: Path, surface: Any = None) -> ShellWindow:
+    """Make the window of retopology, on a flat sheet unless another surface is given."""
     from sheets import sheet
 
     from patterndb_sketch.retopo.editor import Editor
@@ -71,7 +71,7 @@ def make_retopo(settings: ShellSettings, folder: Path, ground: Any = None) -> Sh
     from viewer.retopo.window import RetopoSaver, RetopoWriter
 
     files = RetopoWriter(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
-    state = RetopoState(Editor(sheet() if ground is None else ground, starter()), files=files)
+    state = RetopoState(Editor(sheet() if surface is None else surface, starter()), files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)
 

@@ -207,7 +207,7 @@ SEEN = """(lambda picture, text: [picture.pixelColor(3, 3).lightness(), *(
 
 
 def test_dark_and_light_are_shown_at_once_everywhere(shown: Shown) -> None:
-    """The ground of the picture, panels, and the marks in the text beside it change together."""
+    """The surface of the picture, panels, and the marks in the text beside it change together."""
     shown.open("explore")
     draw_boundary(shown)
     shown.until("state.finder.placed is not None")
@@ -222,11 +222,11 @@ def test_dark_and_light_are_shown_at_once_everywhere(shown: Shown) -> None:
         shown.until(f"app.activeModalWidget().theme.currentText() == {theme!r}")
         click_button(shown, "Close")
         shown.until("app.activeModalWidget() is None and window.isActiveWindow()")
-        ground = "180" if theme == "dark" else "255"
-        shown.until(f"abs(({SEEN})[0] - {ground}) < 12")
+        surface = "180" if theme == "dark" else "255"
+        shown.until(f"abs(({SEEN})[0] - {surface}) < 12")
         seen.append(shown.tell(SEEN))
     dark, light, again = (one[1:] for one in seen)
     assert dark == again
-    # Ink on paper, and light letters and marks on a dark ground.
+    # Ink on paper, and light letters and marks on a dark surface.
     assert light[0] < 60 and light[1] > 230
     assert dark[0] < 60 and dark[1] > 200

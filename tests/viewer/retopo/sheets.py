@@ -62,11 +62,11 @@ def cells(n: int, m: int) -> np.ndarray:
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def opened(source: PatternSource, ground: Ground | None = None) -> RetopoState:
-    """A state on the sheet, seen from above, or on another ground."""
-    state = RetopoState(Editor(sheet() if ground is None else ground, source))
+def opened(source: PatternSource, surface: Ground | None = None) -> RetopoState:
+    """A state on the sheet, seen from above, or on another surface."""
+    state = RetopoState(Editor(sheet() if surface is None else surface, source))
     texts(state)
-    if ground is None:
+    if surface is None:
         keys(state, "3")
     return state
 

@@ -110,14 +110,18 @@ def test_what_the_pointer_is_on_is_what_is_seen_there(source: PatternSource) -> 
         rng = np.random.default_rng(4)
         z, y = rng.uniform(-2.9, 2.9, 40), rng.uniform(-0.95, 0.95, 40)
         for one in np.stack([np.sqrt(1.0 - y * y), y, z], axis=1).tolist():
-            foot = pick_foot(state.camera.view, state.ground, *at(state, one))
+            foot = pick_foot(state.camera.view, state.surface, *at(state, one))
             assert foot is not None
             # The tube has flat facets, at most 1 - cos(pi / 48) within the round one.
             assert np.abs(foot.points[0, 1:] - one[1:]).max() < 1e-9
             assert 0.0 <= one[0] - foot.points[0, 0] < 0.02
-        assert pick_foot(state.camera.view, state.ground, *at(state, (0.0, 1.2, 0.0))) is None
+        assert pick_foot(state.camera.view, state.surface, *at(state, (0.0, 1.2, 0.0))) is None
         places = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.3, 0.0]])
-        assert find_visible(state.camera.view, state.ground, places).tolist() == [True, False, True]
+        assert find_visible(state.camera.view, state.surface, places).tolist() == [
+            True,
+            False,
+            True,
+        ]
     finally:
         state.close()
 

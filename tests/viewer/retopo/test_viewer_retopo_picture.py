@@ -88,12 +88,12 @@ def test_the_half_that_is_an_image_is_darker(source: PatternSource) -> None:
         keys(state, "M")
         plane = state.shown.state.plane
         assert plane is not None
-        count = len(state.ground.triangles)
+        count = len(state.surface.triangles)
         drawn = RetopoPainter().compose(state, *ROOM).solid.colours[:count]
         whole = RetopoPainter()._shading.model(state.skin, state.camera.view, "solid", (0.0, 0.0))[
             1
         ]
-        beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
+        beyond = (plane.heights(state.surface.vertices) < 0.0)[state.surface.triangles]
         ratio = (drawn / whole).mean(axis=2)
         assert np.allclose(ratio[beyond], 0.84) and np.allclose(ratio[~beyond], 1.0)
         assert beyond.any() and drawn.sum() < before
@@ -222,12 +222,12 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     shown, placed = state.shown, state.shown.filled.placed[patch]
     wrong = replace(placed, flipped=np.array([0, 3], np.int32))
     found = replace(shown.filled, placed={patch: wrong})
-    body = NetworkBody.made_of(found, state.ground, shown.body.mesh)
+    body = NetworkBody.made_of(found, state.surface, shown.body.mesh)
     assert np.flatnonzero(body.flipped).tolist() == [0, 1, 6, 7]
     none = replace(shown.filled, placed={})
     for filled, made, told in (
         (found, body, "2 quads, in red"),
-        (none, NetworkBody.made_of(none, state.ground, weld_fills(none)), "0, 1 patch without"),
+        (none, NetworkBody.made_of(none, state.surface, weld_fills(none)), "0, 1 patch without"),
     ):
         state.editing.work.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)

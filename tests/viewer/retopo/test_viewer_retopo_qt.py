@@ -171,7 +171,7 @@ def test_a_session_that_another_window_saved_is_asked_about(
     path, other = tmp_path / "a.retopo", tmp_path / "b.retopo"
     files = RetopoWriter(tmp_path, path, None, Script("sheet.obj", ()), None)
     state.editing.files = files
-    files.save_session(state.ground, state.shown.state)
+    files.save_session(state.surface, state.shown.state)
     events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)
     try:
         empty = path.read_bytes()

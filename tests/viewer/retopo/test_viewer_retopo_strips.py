@@ -192,7 +192,7 @@ def test_quads_are_shown_as_they_will_be(state: RetopoState, tool: str) -> None:
     assert off.max() < 1e-6
     rest = np.abs(made[:, None] - preview.quads[None]).max(axis=(2, 3)).min(axis=1) > 1e-6
     away = np.linalg.norm(made[rest][:, :, None] - old.vertices[None, None], axis=3).min(axis=2)
-    assert away.max(initial=0.0) < 1e-4 * state.ground.diagonal
+    assert away.max(initial=0.0) < 1e-4 * state.surface.diagonal
 
 
 def test_nothing_is_shown_where_there_are_no_quads(state: RetopoState) -> None:

@@ -87,7 +87,7 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
 def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) -> None:
     now = [0.0]
     autosave = autosave_session(
-        state.ground, state.shown.state, folder=tmp_path, clock=lambda: now[0]
+        state.surface, state.shown.state, folder=tmp_path, clock=lambda: now[0]
     )
     state.editing.files = RetopoWriter(
         tmp_path, None, None, Script("sheet.obj", ()), None, autosave
@@ -188,7 +188,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     path, editor = left(tmp_path, source)
     files = writer(tmp_path)
     state.editing.files = files
-    assert files.find_lost(state.ground).endswith("R opens it in place of what is here")
+    assert files.find_lost(state.surface).endswith("R opens it in place of what is here")
     # After something else was done it would be lost.
     keys(state, "d")
     drag(state, (-3.0, 3.0), (3.0, 3.0))
@@ -213,11 +213,11 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     tmp_path: Path, state: RetopoState, source: PatternSource
 ) -> None:
     files = writer(tmp_path)
-    assert files.find_lost(state.ground) == ""
+    assert files.find_lost(state.surface) == ""
     path, _ = left(tmp_path, source)
     assert "of another surface, sheet.obj; rename it" in files.find_lost(tube())
     path.write_bytes(b"no session")
-    said = files.find_lost(state.ground)
+    said = files.find_lost(state.surface)
     assert said.startswith(f"a crash left {path.name}, which cannot be read: ")
     assert files.lost is None
     state.editing.files = files
@@ -227,6 +227,6 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     # What was found and not opened stays, too.
     state.editing.files = files = writer(tmp_path)
     write_session(path, RetopoSession(sheet(), state.shown.state, ""))
-    assert "R opens it" in files.find_lost(state.ground) and files.lost is not None
+    assert "R opens it" in files.find_lost(state.surface) and files.lost is not None
     keys(state, "s")
     assert path.exists()
