@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from patterndb.system.latenames import load_late
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from ingest.formats import ReadLimits, read_mesh
@@ -42,4 +42,4 @@ _HOME = {
     "read_mesh": "ingest.formats",
 }
 
-__getattr__, __dir__ = load_late(__name__, _HOME)
+__getattr__, __dir__ = lazy_exports(__name__, _HOME)

@@ -15,7 +15,6 @@ notebook are the one exception to the rule that nothing here imports what stands
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, overload
@@ -29,10 +28,9 @@ except ModuleNotFoundError:
         "patterndb that is installed",
         name="patterndb._native",
     ) from None
-from patterndb.core.showing import Suffix, draw_by
+from patterndb.core.display import Suffix, set_renderer
 from patterndb.errors import PatternDBError
-from patterndb.system.latenames import load_late
-from patterndb.system.shadows import refuse_hidden_packages
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from ingest.formats import ReadLimits, read_mesh, write_mesh
@@ -136,9 +134,7 @@ _HOMES = {
     "write_mesh": "ingest.formats",
 }
 
-refuse_hidden_packages(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # noqa: PTH100, PTH120
-
-__getattr__, __dir__ = load_late(__name__, _HOMES)
+__getattr__, __dir__ = lazy_exports(__name__, _HOMES)
 
 
 def _draw(item: Pattern | Fill, suffix: Suffix) -> bytes:
@@ -147,7 +143,7 @@ def _draw(item: Pattern | Fill, suffix: Suffix) -> bytes:
     return draw(item, suffix)
 
 
-draw_by(_draw)
+set_renderer(_draw)
 
 
 @overload

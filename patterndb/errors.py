@@ -78,10 +78,6 @@ class NotFoundError(PatternDBError, LookupError):
     """No mesh or pattern of that name, id or code in the database."""
 
 
-class HiddenPackageError(PatternDBError, ImportError):
-    """A module of the user's hides one of our packages."""
-
-
 class AddressSpaceError(PatternDBError, MemoryError):
     """The process may not use the memory that a query needs."""
 

@@ -1,7 +1,7 @@
 """How patterns and fills show themselves in a notebook, one by one or as a sheet.
 
 ``Pattern`` and ``Fill`` know nothing of drawing. Their ``_repr_svg_`` and ``_repr_png_`` ask what
-the face has named (:mod:`patterndb.core.showing`), which is :func:`draw`; only then is the viewer
+the face has named (:mod:`patterndb.core.display`), which is :func:`draw`; only then is the viewer
 imported. Beside the face, this is the one module here that knows what stands above.
 """
 
@@ -13,8 +13,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from patterndb.core.display import Suffix
 from patterndb.core.pattern import Pattern
-from patterndb.core.showing import Suffix
 
 if TYPE_CHECKING:
     from query.fill import Fill

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
-from patterndb.system.documents import Entries, JsonValue, name_file, parse_json, read_limited
+from patterndb.system.documents import JsonModel, JsonValue, name_file, parse_json, read_limited
 
 FORMAT, VERSION = "patterndb unsaved work", 1
 
@@ -30,7 +30,7 @@ class InvalidWorkError(PatternDBError, ValueError):
     """A file of unsaved work cannot be read."""
 
 
-class WorkEntries(Entries):
+class WorkEntries(JsonModel):
     """What every such file has."""
 
     format: str

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from patterndb.system.latenames import load_late
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from query.boundary import Boundary
@@ -42,4 +42,4 @@ _HOME = {
     "fills": "query.engine",
 }
 
-__getattr__, __dir__ = load_late(__name__, _HOME)
+__getattr__, __dir__ = lazy_exports(__name__, _HOME)

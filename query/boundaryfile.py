@@ -23,7 +23,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
 from patterndb.system.documents import (
-    Entries,
+    JsonModel,
     JsonValue,
     Number,
     Polyline,
@@ -45,13 +45,13 @@ BoundaryEdgeEntry = Annotated[
 Whole = Annotated[int, Meta(description="a whole number of edges")]
 
 
-class StrokeEntries(Entries):
+class StrokeEntries(JsonModel):
     points: Polyline | None = None
     loop: bool = False
     ends: list[BoundaryEdgeEntry] | None = None
 
 
-class BoundaryEntries(Entries):
+class BoundaryEntries(JsonModel):
     sides: Annotated[
         list[Polyline], Meta(extra={"missing": "a list with a polyline for every side"})
     ]

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, TypedDict
 
 from msgspec import Meta
 
-from patterndb.system.documents import Entries
+from patterndb.system.documents import JsonModel
 from query.errors import InvalidQueryError
 
 Shape = Literal["auto", "flat", "smooth"]
@@ -40,7 +40,7 @@ class CapOptions(TypedDict):
     ngon: bool
 
 
-class CapRequest(Entries):
+class CapRequest(JsonModel):
     """How the fill of a hole is to lie.
 
     shape: one of SHAPES.

@@ -12,13 +12,13 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb.system.documents import Entries, Pair, Point, Polyline, complete_points
+from patterndb.system.documents import JsonModel, Pair, Point, Polyline, complete_points
 from query.boundary import CornerKind
 from query.contour import Contour
 from query.stroke import BoundaryEdge, Stroke
 
 
-class ContourEntries(Entries):
+class ContourEntries(JsonModel):
     """A boundary."""
 
     sides: list[Polyline]
@@ -27,7 +27,7 @@ class ContourEntries(Entries):
     placed: bool
 
 
-class DrawnStrokeEntries(Entries):
+class DrawnStrokeEntries(JsonModel):
     """A stroke."""
 
     start: Pair | None

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.core.disk import Disk
+from patterndb.core.display import render
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
-from patterndb.core.showing import draw_shown
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Triangles
@@ -86,10 +86,10 @@ class Fill:
         )
 
     def _repr_svg_(self) -> str:
-        return draw_shown(self, ".svg").decode()
+        return render(self, ".svg").decode()
 
     def _repr_png_(self) -> bytes:
-        return draw_shown(self, ".png")
+        return render(self, ".png")
 
     @property
     def strict(self) -> bool:

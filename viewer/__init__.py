@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from patterndb.system.latenames import load_late
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from patterndb.geometry.embedding import embed_disk, find_flipped_quads
@@ -59,4 +59,4 @@ _HOME = {
     "save_picture": "viewer.paper",
 }
 
-__getattr__, __dir__ = load_late(__name__, _HOME)
+__getattr__, __dir__ = lazy_exports(__name__, _HOME)

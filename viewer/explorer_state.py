@@ -11,8 +11,8 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
-from patterndb.system.documents import Entries
-from patterndb.system.history import History
+from patterndb.system.documents import JsonModel
+from patterndb_sketch.history import History
 from query import Boundary, Stroke
 from query.contour import Contour
 from query.contourjson import (
@@ -69,7 +69,7 @@ class ExplorerStep:
 CHOICES = ("tolerance", "order", "strict", "folded", "following", "max_irregular", "max_valence")
 
 
-class ChoicesEntries(Entries):
+class ChoicesEntries(JsonModel):
     """What :data:`CHOICES` names, as JSON has it."""
 
     tolerance: int
@@ -81,7 +81,7 @@ class ChoicesEntries(Entries):
     max_valence: int | None
 
 
-class ExplorerStepEntries(Entries):
+class ExplorerStepEntries(JsonModel):
     """A step, as JSON has it."""
 
     contour: ContourEntries | None

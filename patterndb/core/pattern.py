@@ -11,10 +11,10 @@ from patterndb._native.core.halfedge import next_border_edge
 from patterndb.core import description as d
 from patterndb.core.code import Code, canonical_code, decode, format_id, pattern_id
 from patterndb.core.disk import Disk
+from patterndb.core.display import render
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.label import split_word
 from patterndb.core.polychord import Polychords, polychords
-from patterndb.core.showing import draw_shown
 from patterndb.errors import InvalidCodeError, InvalidMeshError
 
 
@@ -132,10 +132,10 @@ class Pattern:
         return f"<Pattern {self.name}: {sides}, {irregular}{seen}>"
 
     def _repr_svg_(self) -> str:
-        return draw_shown(self, ".svg").decode()
+        return render(self, ".svg").decode()
 
     def _repr_png_(self) -> bytes:
-        return draw_shown(self, ".png")
+        return render(self, ".png")
 
     @property
     def name(self) -> str:

@@ -31,7 +31,7 @@ from patterndb.store.columns import (
     say_wrong,
 )
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
-from patterndb.system.underway import told_underway
+from patterndb.system.progress import report_progress
 
 T = TypeVar("T")
 
@@ -84,7 +84,7 @@ def _read_parts(connection: sqlite3.Connection, n_sides: int) -> Generator[Class
     cursor = connection.execute(_SELECT_CLASS, (low, high, n_sides))
     with (
         ThreadPoolExecutor(1, "patterndb-reading") as pool,
-        told_underway(f"reading the patterns of {n_sides} sides, once") as tell,
+        report_progress(f"reading the patterns of {n_sides} sides, once") as report,
     ):
         ahead: Future[ClassPart] | None = None
         last: int | None = None
@@ -95,7 +95,7 @@ def _read_parts(connection: sqlite3.Connection, n_sides: int) -> Generator[Class
             if one is not None:
                 yield one.result()
             # Ids are hashes, and so evenly spread.
-            tell((rows[-1][0] - low) / (high - low))
+            report((rows[-1][0] - low) / (high - low))
         # SQLite's own copy of the pages is of no use to the next question.
         connection.execute("PRAGMA shrink_memory")
         if ahead is not None:

@@ -1,6 +1,6 @@
 """The one reader of JSON: a document is declared as types, and what is wrong in it names its place.
 
-    class Drawing(Entries):
+    class Drawing(JsonModel):
         curves: Annotated[list[Polyline], Meta(extra={"missing": "a list of polylines"})]
         tolerance: Number | UnsetType = UNSET
 
@@ -38,7 +38,7 @@ T = TypeVar("T")
 SHOWN = 40
 
 
-class Entries(Struct, forbid_unknown_fields=True):
+class JsonModel(Struct, forbid_unknown_fields=True):
     """An object with the entries that a subclass declares; those with a default may be left out.
 
     Meta(description=...) of a type: what a value is not, for messages. Of an entry,
@@ -47,7 +47,7 @@ class Entries(Struct, forbid_unknown_fields=True):
     """
 
 
-#: Types to declare entries by, beside bool, int, str, lists of them and subclasses of Entries.
+#: Types to declare entries by, beside bool, int, str, lists of them and subclasses of JsonModel.
 Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
 Name = Annotated[int | str, Meta(description="a name: a whole number or a text")]
 Point = Annotated[

@@ -9,7 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Generator
 
-from patterndb.system.underway import describe_underway
+from patterndb.system.progress import describe_progress
 from patterndb_app.cli.text import LAST_WORD, say
 
 #: Seconds between two states of the line on a terminal, where it is written over.
@@ -147,8 +147,8 @@ class WaitingLine(ProgressLine):
         if WaitingLine.hushed or now - LAST_WORD.at < SILENCE:
             return None
         word = f"{self._name_verb() or 'patterndb'}: at work, {now - self._began:.0f} s"
-        underway = describe_underway()
-        return word if underway is None else f"{word}; {underway}"
+        running = describe_progress()
+        return word if running is None else f"{word}; {running}"
 
     def note_shown(self) -> None:
         """Note nothing: the silence goes on."""

@@ -11,7 +11,7 @@ from ingest.formats import ReadLimits, parse
 from ingest.formats.files import assemble
 from patterndb.core.polygonmesh import PolygonMesh, flatten_faces
 from patterndb.errors import InvalidMeshError
-from patterndb.system.documents import Entries, Number, complete_points
+from patterndb.system.documents import JsonModel, Number, complete_points
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import Count, Name, Positive, Seconds, read_body
@@ -51,7 +51,7 @@ LIMIT = 5
 MOST_FILLS = 100
 
 
-class MeshEntries(Entries):
+class MeshEntries(JsonModel):
     """A mesh in a body: points, and faces that name them from 0."""
 
     points: Annotated[list[Point], Meta(extra={"missing": "a list of points"})]

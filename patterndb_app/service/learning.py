@@ -16,7 +16,7 @@ import patterndb
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS
 from patterndb.store import LearningOptions, Provenance
-from patterndb.system.documents import Entries
+from patterndb.system.documents import JsonModel
 from patterndb_app.service.answers import EVENTS, encode_answer
 from patterndb_app.service.asking import read_mesh_body
 from patterndb_app.service.catalogue import ServedDatabase
@@ -53,7 +53,7 @@ LOOK_SECONDS = 0.2
 QUIET_LOOKS = 50
 
 
-class UseEntries(Entries):
+class UseEntries(JsonModel):
     """An accepted fill: the name of its pattern, or the fill as it was answered."""
 
     db: Name | None = None

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.code import format_id
+from patterndb.core.display import Suffix
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
-from patterndb.core.showing import Suffix
 from patterndb.notebook import draw
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.refusals import MalformedRequestError

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import UNSET, Meta, UnsetType
 
 from patterndb.errors import InvalidBoundaryError, NotFoundError
-from patterndb.system.documents import Entries, JsonValue, parse_json
+from patterndb.system.documents import JsonModel, JsonValue, parse_json
 from patterndb.system.numbers import MOST_COUNT
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
@@ -35,7 +35,7 @@ Sha256 = Annotated[
 ]
 
 
-class FillOptions(Entries):
+class FillOptions(JsonModel):
     """The options of a question, as :func:`query.fills` has them; those left out are its defaults.
 
     ``corners`` of the library, a range of numbers of corners, is ``pattern_corners`` here, for the

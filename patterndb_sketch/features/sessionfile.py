@@ -30,7 +30,7 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.system.archives import read_members
 from patterndb.system.documents import (
-    Entries,
+    JsonModel,
     JsonValue,
     Number,
     Point,
@@ -65,7 +65,7 @@ JSON_NAME = "session.json"
 MeshReader = Callable[[Path], PolygonMesh]
 
 
-class FeatureCurveEntries(Entries):
+class FeatureCurveEntries(JsonModel):
     """constraints, spline: as :mod:`patterndb_sketch.features.files.curvesjson` has them."""
 
     name: str
@@ -75,7 +75,7 @@ class FeatureCurveEntries(Entries):
     spline: Any
 
 
-class FeatureSessionEntries(Entries):
+class FeatureSessionEntries(JsonModel):
     """networks, templates: as :mod:`patterndb_sketch.features.files` has them."""
 
     format: str

@@ -42,7 +42,7 @@ from patterndb.core.disk import Disk
 from patterndb.errors import InvalidCodeError, InvalidMeshError, PatternDBError
 from patterndb.system.archives import read_array, read_members
 from patterndb.system.documents import (
-    Entries,
+    JsonModel,
     JsonValue,
     Number,
     Point,
@@ -117,14 +117,14 @@ Marks = Annotated[
 SEGMENT = "a segment has nine numbers: where it begins and ends, and the normal"
 
 
-class NodeEntries(Entries):
+class NodeEntries(JsonModel):
     id: Id
     ends: list[Half]
     flagged: list[bool]
     cut: bool
 
 
-class ChainEntries(Entries):
+class ChainEntries(JsonModel):
     id: Id
     start: End
     end: End
@@ -135,7 +135,7 @@ class ChainEntries(Entries):
     laid: bool = False
 
 
-class FillEntries(Entries):
+class FillEntries(JsonModel):
     """quads, code: how many rows of the arrays are its own."""
 
     lengths: list[Length]
@@ -150,7 +150,7 @@ class FillEntries(Entries):
     by: Literal["program", "user"]
 
 
-class PatchEntries(Entries):
+class PatchEntries(JsonModel):
     """flows, moved: how many rows of the arrays are its own, of every flow line.
 
     filling: a patch that nothing was ever chosen for is not one whose choice was taken back.
@@ -165,7 +165,7 @@ class PatchEntries(Entries):
     filling: bool
 
 
-class BrushEntries(Entries):
+class BrushEntries(JsonModel):
     """A stroke of the brush that paints density."""
 
     segments: Annotated[
@@ -177,7 +177,7 @@ class BrushEntries(Entries):
     sets: bool
 
 
-class NetworkEntries(Entries):
+class NetworkEntries(JsonModel):
     next_id: Id
     longest: Number | None
     nodes: list[NodeEntries]
@@ -186,12 +186,12 @@ class NetworkEntries(Entries):
     density: list[BrushEntries] = field(default_factory=list)
 
 
-class PlaneEntries(Entries):
+class PlaneEntries(JsonModel):
     point: Point
     normal: Point
 
 
-class SizesEntries(Entries):
+class SizesEntries(JsonModel):
     snap: Number
     spine: Number
     autocompletion: Number
@@ -200,7 +200,7 @@ class SizesEntries(Entries):
     sampling: Number
 
 
-class SessionEntries(Entries):
+class SessionEntries(JsonModel):
     format: str
     version: int
     name: Annotated[str, Meta(description="the name of a mesh file")]

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from patterndb.system.latenames import load_late
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
@@ -122,4 +122,4 @@ __all__ = [
 ]
 
 # Network is the name that CurveNetwork had at first.
-__getattr__, __dir__ = load_late(__name__, _HOME, {"Network": "CurveNetwork"})
+__getattr__, __dir__ = lazy_exports(__name__, _HOME)

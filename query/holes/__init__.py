@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from patterndb.system.latenames import load_late
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
@@ -57,4 +57,4 @@ _HOMES = {
     "make_loops_even": "query.holes.odd",
 }
 
-__getattr__, __dir__ = load_late(__name__, _HOMES)
+__getattr__, __dir__ = lazy_exports(__name__, _HOMES)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from patterndb.system.latenames import load_late
+from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
     from patterndb.geometry.quadshape import quality
@@ -52,13 +52,4 @@ _HOME = {
     "quality": "patterndb.geometry.quadshape",
 }
 
-#: Names that scripts may still have from earlier versions, and what they are now.
-_EARLIER = {
-    "enclosed": "enclose_region",
-    "flow_distance": "measure_flow_distance",
-    "laid": "lay_flat",
-    "loops": "find_loops",
-    "strand": "find_strand",
-}
-
-__getattr__, __dir__ = load_late(__name__, _HOME, _EARLIER)
+__getattr__, __dir__ = lazy_exports(__name__, _HOME)

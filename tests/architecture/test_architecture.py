@@ -50,7 +50,7 @@ FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook")
 #: What deals with files, processes or people. All else but the viewer knows arrays only:
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
 WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.formats")
-WORLDLY_MODULES += ("patterndb.notebook", "patterndb.system.shadows", "ingest.read")
+WORLDLY_MODULES += ("patterndb.notebook", "ingest.read")
 WORLDLY_MODULES += ("patterndb_sketch.retopo.arguments",)  # quotes values as JSON
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
 WORLDLY_MODULES += ("patterndb.store.starter", "ingest.pipeline")

@@ -13,7 +13,7 @@ from msgspec import UNSET, Meta, UnsetType, field
 
 from patterndb.errors import InvalidMeshError
 from patterndb.system.documents import (
-    Entries,
+    JsonModel,
     JsonValue,
     Point,
     Polyline,
@@ -106,13 +106,13 @@ def test_a_file_of_the_limit_is_read_and_a_larger_one_is_not(tmp_path: Path) -> 
         read_limited(path, 999, InvalidMeshError, "make it small")
 
 
-class Part(Entries):
+class Part(JsonModel):
     at: Annotated[Point, Meta(extra={"missing": "where it is"})]
     kind: Annotated[Literal["a", "b"], Meta(description='"a" or "b"')] = "a"
     pair: Annotated[tuple[int, int], Meta(description="a pair")] | UnsetType = UNSET
 
 
-class Whole(Entries):
+class Whole(JsonModel):
     parts: list[Polyline | Part]
     names: dict[str, int | str] = field(default_factory=dict)
     count: Annotated[int, Meta(ge=1, le=9)] = 1

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from retopo_cases import plane
 from shared import CHECKOUT
 
-from patterndb.system.history import History
+from patterndb_sketch.history import History
 from patterndb_sketch.retopo.arguments import (
     MOST_POINTS,
     REQUIRED,

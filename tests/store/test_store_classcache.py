@@ -22,7 +22,7 @@ from patterndb.store import Database, classcache, reading
 from patterndb.store.connection import connect
 from patterndb.store.reading import load_class
 from patterndb.system.mappedarrays import FOLDER, MAGIC, ArrayShelf
-from patterndb.system.underway import describe_underway
+from patterndb.system.progress import describe_progress
 from query import fills
 from query.listing.table import get_strict_table
 
@@ -79,7 +79,7 @@ def test_parts_make_the_class_that_one_makes(
     shares: list[str | None] = []
 
     def describe(*args: object) -> ClassPart:
-        shares.append(describe_underway())
+        shares.append(describe_progress())
         return make_part(*args)  # pyright: ignore[reportArgumentType]
 
     make_part = reading._make_part  # pyright: ignore[reportPrivateUsage]
@@ -90,7 +90,7 @@ def test_parts_make_the_class_that_one_makes(
         assert list(list_differences(one, load(full, n))) == []
         assert len(shares) == -(-len(one) // at_once)
         assert all(share and f"of {n} sides" in share for share in shares)
-        assert describe_underway() is None
+        assert describe_progress() is None
 
 
 def test_a_damaged_row_of_a_later_part_is_told(
@@ -107,7 +107,7 @@ def test_a_damaged_row_of_a_later_part_is_told(
     connection.close()
     with pytest.raises(DatabaseError, match=f"{format_id(number)} is damaged: n_quads"):
         load(path, 5)
-    assert describe_underway() is None
+    assert describe_progress() is None
 
 
 def test_a_second_handle_reads_no_rows(

@@ -14,7 +14,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb.system.history import History
+from patterndb_sketch.history import History
 from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing

@@ -25,7 +25,7 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
-from patterndb.system.documents import Entries, JsonValue, Number, Point, complete_points
+from patterndb.system.documents import JsonModel, JsonValue, Number, Point, complete_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import interpolate_points, is_ring
 from patterndb_sketch.features.registration import DrawnNetwork
@@ -87,7 +87,7 @@ def network_document(network: DrawnNetwork) -> dict[str, object]:
     return document
 
 
-class SplineEntries(Entries):
+class SplineEntries(JsonModel):
     degree: int
     knots: list[Number]
     control_points: list[Point]

@@ -26,7 +26,7 @@ from msgspec import UNSET, Meta, UnsetType, structs
 from msgspec import field as entry
 
 from patterndb.system.documents import (
-    Entries,
+    JsonModel,
     JsonValue,
     Number,
     Point,
@@ -51,11 +51,11 @@ SETTINGS = tuple(one.name for one in fields(SnapSettings))
 ANGLE = {"alpha", "axis", "beta"}
 
 
-class HeldEntries(Entries):
+class HeldEntries(JsonModel):
     at: Annotated[Point, Meta(extra={"missing": "the point where the curve passes"})]
 
 
-class SettingsEntries(Entries):
+class SettingsEntries(JsonModel):
     alpha: Number | UnsetType = UNSET
     axis: Point | UnsetType = UNSET
     beta: Number | UnsetType = UNSET
@@ -71,7 +71,7 @@ class SettingsEntries(Entries):
     rounds: int | UnsetType = UNSET
 
 
-class FeatureStrokeEntries(Entries):
+class FeatureStrokeEntries(JsonModel):
     points: Annotated[Polyline, Meta(extra={"missing": "a list of two points or more"})]
     name: Annotated[str, Meta(description="the name of a curve")] | UnsetType = UNSET
     constraints: list[
@@ -81,7 +81,7 @@ class FeatureStrokeEntries(Entries):
     closed: bool | UnsetType = UNSET
 
 
-class StrokesEntries(Entries):
+class StrokesEntries(JsonModel):
     strokes: Annotated[list[FeatureStrokeEntries], Meta(extra={"missing": "a list of strokes"})]
 
 

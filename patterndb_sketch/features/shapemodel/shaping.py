@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Int64Array
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Floats, Points
-from patterndb.system.documents import Entries, Number
-from patterndb.system.history import History
+from patterndb.system.documents import JsonModel, Number
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.registration.template import MIRROR, Mirroring
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS, ShapeEdit, edit, pull_feature
 from patterndb_sketch.features.shapemodel.model import ShapeModel
+from patterndb_sketch.history import History
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -120,7 +120,7 @@ class ShapeChoice:
         }
 
 
-class ChoiceEntries(Entries):
+class ChoiceEntries(JsonModel):
     """A choice, as JSON has it."""
 
     coefficients: list[Number]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, units
-from patterndb.system.underway import told_underway
+from patterndb.system.progress import report_progress
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
 from patterndb_sketch.retopo.draft.checking import LEAST_EDGE, LaceError
 from patterndb_sketch.retopo.draft.creases import find_creases
@@ -93,7 +93,7 @@ def propose_by_parts(
     kept as go: all, closed ones, none.
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
-    with told_underway("drafting" if task.half is None else "drafting one half") as tell:
+    with report_progress("drafting" if task.half is None else "drafting one half") as tell:
         parts = SurfaceParts.of(task.surface)
         network = task.network
         bare = all(chain.marked for chain in network.chains.values()) and not network.patches

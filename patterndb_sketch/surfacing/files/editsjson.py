@@ -20,7 +20,7 @@ from msgspec import UNSET, UnsetType
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb.system.documents import Entries, JsonValue, Name, Pair, Point, complete_points
+from patterndb.system.documents import JsonModel, JsonValue, Name, Pair, Point, complete_points
 from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.inking import InkedStroke
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
@@ -29,7 +29,7 @@ from patterndb_sketch.surfacing.patch import Surfacing
 Steps = list[Pair]
 
 
-class EditedCurveEntries(Entries):
+class EditedCurveEntries(JsonModel):
     """A curve of the drawing."""
 
     points: list[Point]
@@ -39,14 +39,14 @@ class EditedCurveEntries(Entries):
     normals: list[Point] | UnsetType = UNSET
 
 
-class MethodEntries(Entries):
+class MethodEntries(JsonModel):
     """The method of one cycle."""
 
     cycle: Steps
     method: str
 
 
-class InkEntries(Entries):
+class InkEntries(JsonModel):
     """A stroke on the surface."""
 
     parts: list[list[Point]]
@@ -55,7 +55,7 @@ class InkEntries(Entries):
     rays: int
 
 
-class EditsEntries(Entries):
+class EditsEntries(JsonModel):
     """All of it."""
 
     curves: list[EditedCurveEntries]

@@ -32,7 +32,7 @@ from msgspec import UNSET, Meta, UnsetType, field
 
 from patterndb.geometry.points import Points
 from patterndb.system.documents import (
-    Entries,
+    JsonModel,
     JsonValue,
     Name,
     Number,
@@ -77,7 +77,7 @@ Nodes = Annotated[
 CurveName = Annotated[int | str, Meta(description="the id of a curve")]
 
 
-class CurveEntries(Entries):
+class CurveEntries(JsonModel):
     points: Annotated[Polyline, Meta(extra={"missing": "the curve as drawn"})]
     id: Name | UnsetType = UNSET
     stroke: Name | UnsetType = UNSET
@@ -86,13 +86,13 @@ class CurveEntries(Entries):
     bezier: Any = None
 
 
-class StepEntries(Entries):
+class StepEntries(JsonModel):
     curve: Annotated[CurveName, Meta(extra={"missing": "the id of the curve"})]
     reversed: bool | UnsetType = UNSET
     part: Annotated[int, Meta(description="the number of a part")] | UnsetType = UNSET
 
 
-class CurveNetworkEntries(Entries):
+class CurveNetworkEntries(JsonModel):
     curves: Annotated[
         list[CurveEntries], Meta(extra={"missing": "a list with the points of every curve"})
     ]
