@@ -24,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import CORNER_ANGLE
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     MAX_SUBPROBLEMS,
@@ -35,9 +37,12 @@ from patterndb_sketch.surfacing.chords import (
     search_cuts,
 )
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
-from patterndb_sketch.surfacing.sampling import CORNER_ANGLE, Loop, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 
 REPEATS = 5
 

@@ -25,7 +25,8 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.networkfile import read_drawing
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.surfaces import Settings

@@ -19,10 +19,14 @@ import numpy as np
 from filling import Filling
 from synthetic_cycles import Fill, methods
 
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
-from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 from patterndb_sketch.surfacing.tessellation import area, find_self_intersections
 
 #: Of the methods, those in the table: MeshLib's other metrics add nothing without a known surface.

@@ -14,8 +14,8 @@ import time
 
 from cleannetworks import CleanNetwork, list_clean_networks
 
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.network import CurveNetwork
 
 
 def main() -> None:

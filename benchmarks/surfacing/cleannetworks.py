@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 
 Points = NDArray[np.float64]
 

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb_sketch.curvenetwork.polylines import measure_angles
 from patterndb_sketch.surfacing import (
     CurveNetwork,
     Cycle,
@@ -27,7 +28,6 @@ from patterndb_sketch.surfacing import (
 )
 from patterndb_sketch.surfacing.cycles.closing import find_dangling, list_half_curves
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, rate_badness
-from patterndb_sketch.surfacing.network import measure_angles
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cycles import Strokes, patches_of, strokes_of

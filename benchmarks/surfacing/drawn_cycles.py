@@ -18,8 +18,8 @@ from itertools import islice
 import numpy as np
 from drawnnetworks import FAULTS, HALVES, LEVELS, DrawnCurves, list_drawn_networks
 
+from patterndb_sketch.curvenetwork.joining import network_of_polylines
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.joining import network_of_polylines
 
 
 def score_network(one: DrawnCurves, unit: float, mixed: np.random.Generator | None) -> list[int]:

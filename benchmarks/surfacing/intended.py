@@ -18,8 +18,13 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, drop_repeats
-from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.polylines import drop_repeats
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 
 #: Vertices around a cycle, about, unless told otherwise.
 VERTICES = 120

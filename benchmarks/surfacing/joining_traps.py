@@ -19,8 +19,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from drawnnetworks import Points, list_corners, stack, wobble
 
-from patterndb_sketch.surfacing.joining import network_of_polylines
-from patterndb_sketch.surfacing.network import CurveNetwork
+from patterndb_sketch.curvenetwork.joining import network_of_polylines
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 
 TURN = 2.0 * math.pi
 

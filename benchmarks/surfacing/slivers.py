@@ -23,10 +23,15 @@ from ours import OURS
 from synthetic_cycles import spacing_of
 
 from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
-from patterndb_sketch.surfacing.sampling import Loop, default_spacing, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    default_spacing,
+    loop_of,
+    sample,
+)
 
 #: Triangles with a smaller angle, in degrees, are slivers.
 SLIVER = 10.0

@@ -16,8 +16,8 @@ import numpy as np
 from surface_distance import distance
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.joining import network_of_polylines
 from patterndb_sketch.surfacing import CurveNetwork, Settings, find_cycles, surface
-from patterndb_sketch.surfacing.joining.junctions import network_of_polylines
 from patterndb_sketch.surfacing.methods import METHODS
 from query.placing import Surface
 

@@ -18,10 +18,10 @@ from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration.boxes import CORNERS, BoxCorner, Component
+from patterndb_sketch.features.registration.boxes import read_car
 
 #: Components in the order of :attr:`Body.components`.
-COMPONENTS: tuple[Component, ...] = ("roof", "body", "front_wheelhouse", "rear_wheelhouse")
+COMPONENTS = read_car().components
 
 #: Vertices of neighbouring pieces are one if they are this near, in metres: they differ by the
 #: rounding of numbers and by 1e-7 from feet on broken lines.
@@ -44,7 +44,7 @@ class NamedCurve:
 
     name: str
     kind: Kind
-    component: Component
+    component: str
     points: Points = field(repr=False)
     radius: Floats = field(repr=False)
     smooth: Points = field(repr=False)
@@ -227,12 +227,15 @@ def _features(made: Shape, plan: Layout) -> tuple[NamedCurve, ...]:
 
 def _corners(features: tuple[NamedCurve, ...]) -> dict[str, Points]:
     by_name = {curve.name: curve for curve in features}
-    return {corner.name: _meeting(corner, by_name) for corner in CORNERS}
+    return {
+        corner: _meeting([by_name[name].points for name in names])
+        for corner, names in read_car().corners.items()
+    }
 
 
-def _meeting(corner: BoxCorner, by_name: dict[str, NamedCurve]) -> Points:
-    """The end of a curve that lies nearest to the other curves of the corner."""
-    first, *others = (by_name[name].points for name in corner.curves)
+def _meeting(curves: list[Points]) -> Points:
+    """Return the end of the first curve that lies nearest to the other curves of a corner."""
+    first, *others = curves
     ends = first[[0, -1]]
     apart = sum(np.linalg.norm(ends[:, None] - other[None], axis=2).min(axis=1) for other in others)
     return ends[int(np.argmin(apart))]

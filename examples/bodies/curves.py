@@ -28,7 +28,6 @@ from bodies.coons import Coons, Curve, segment, unit
 from bodies.outline import Outline, Path, Wheelhouse, inner_line
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.features.registration.boxes import Component
 
 #: Samples of a curve to find feet on it: a curve of 4 m bends by less than 1e-6 m between two.
 SAMPLES = 1601
@@ -215,7 +214,7 @@ class Line:
 
     name: str
     kind: Kind
-    component: Component
+    component: str
     at: Curve
     ridge: Ridge | None
 
@@ -230,7 +229,7 @@ def lines(outline: Outline) -> tuple[Line, ...]:
 
 
 def _line(
-    outline: Outline, name: str, component: Component, sides: tuple[Side, Side], centre: bool
+    outline: Outline, name: str, component: str, sides: tuple[Side, Side], centre: bool
 ) -> Line:
     """An edge. centre: does it begin in the middle plane, where it need not become sharp?"""
     first, car = sides[0], outline.car
@@ -312,7 +311,7 @@ def _smooth(outline: Outline, ridges: list[Ridge]) -> list[Line]:
     """
     base = float(outline.paths["windscreen_base"](np.zeros(1))[0, 1])
     foot = float(outline.paths["rear_window_base"](np.zeros(1))[0, 1])
-    spans: list[tuple[str, Kind, Component, str, float, float]] = [
+    spans: list[tuple[str, Kind, str, str, float, float]] = [
         ("windscreen_profile", "profile", "roof", "screen", 0.0, 1.0),
         ("roof_profile", "profile", "roof", "roof", 0.0, 1.0),
         ("rear_window_profile", "profile", "roof", "window", 0.0, 1.0),
@@ -328,7 +327,7 @@ def _smooth(outline: Outline, ridges: list[Ridge]) -> list[Line]:
     def add(
         name: str,
         kind: Kind,
-        component: Component,
+        component: str,
         surface: Coons,
         start: list[float],
         end: list[float],
@@ -353,7 +352,7 @@ def _smooth(outline: Outline, ridges: list[Ridge]) -> list[Line]:
     return result
 
 
-def _component(house: Wheelhouse) -> Component:
+def _component(house: Wheelhouse) -> str:
     return "front_wheelhouse" if house.name == "front" else "rear_wheelhouse"
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from bodies.coons import segment
 from bodies.outline import Outline, Path, Wheelhouse, inner_line
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.features.registration.boxes import Component
 
 LOW, HIGH = segment([0.5, 0], [1, 0]), segment([0.5, 1], [1, 1])
 LONG_LOW, LONG_HIGH = segment([0, 0], [1, 0]), segment([0, 1], [1, 1])
@@ -37,7 +36,7 @@ class Piece:
 
     name: str
     surface: str
-    component: Component
+    component: str
     bottom: Edge
     right: Edge
     top: Edge
@@ -184,7 +183,7 @@ def _floor(outline: Outline) -> list[Piece]:
     return result
 
 
-def _house(house: Wheelhouse, component: Component) -> list[Piece]:
+def _house(house: Wheelhouse, component: str) -> list[Piece]:
     a, b = house.bends
     name, arch = house.name, f"{house.name}_arch"
     across = [Edge("inwards", segment([at, 0], [at, 1])) for at in (0.0, a, b, 1.0)]

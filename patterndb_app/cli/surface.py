@@ -28,8 +28,8 @@ from patterndb_app.cli.options import (
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 
 if TYPE_CHECKING:
     from patterndb.geometry.points import Points
@@ -429,7 +429,7 @@ def _count_quads(made: Surfacing) -> dict[str, int]:
 
 def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
     """Why a network has no cycle, and what would mend it."""
-    from patterndb_sketch.surfacing.joining.looseends import find_loose_ends, round_up
+    from patterndb_sketch.curvenetwork.drawing import find_loose_ends, round_up
 
     if found is not None and found.nearest_miss is not None:
         return found.nearest_miss.tell(given)

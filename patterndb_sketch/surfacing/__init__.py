@@ -1,12 +1,12 @@
 """Surfaces of curve networks: network -> cycles -> chords -> pieces -> mesh.
 
-Read network (curves, nodes, cycles) and naming (cycles by the names of their curves); networkfile
-with files/, and joining/: how a network is read, and how drawn curves become one; cycles/: which
-closed walks are patches; sampling: the vertices that patches share; methods: the ways to make a
-patch, one table; chords/, tessellation/ and quads/: what these ways are made of; fairing: patches
-that share normals; surfaces: the surface of a loop, of a network and of a growing sketch; patch:
-what comes of it; openings: what stays open; inking and edits: strokes on a surface as new curves,
-cycles switched on and off.
+Curve networks, and how drawn curves become one, are in :mod:`patterndb_sketch.curvenetwork`. Read
+networkfile with files/: how a network is read; cycles/: which closed walks are patches; sampling:
+the vertices that patches share; methods: the ways to make a patch, one table; chords/,
+tessellation/ and quads/: what these ways are made of; fairing: patches that share normals;
+surfaces: the surface of a loop, of a network and of a growing sketch; patch: its result; openings:
+curves and rims that stay open; inking and edits: strokes on a surface as new curves, cycles
+switched on and off.
 
 After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sketching" (2013).
 """
@@ -18,19 +18,16 @@ from typing import TYPE_CHECKING
 from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
-    from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
-    from patterndb_sketch.surfacing.joining.junctions import network_of_polylines
-    from patterndb_sketch.surfacing.naming import named_cycle
-    from patterndb_sketch.surfacing.network import (
+    from patterndb_sketch.curvenetwork.drawing import Drawing
+    from patterndb_sketch.curvenetwork.joining import network_of_polylines
+    from patterndb_sketch.curvenetwork.naming import named_cycle
+    from patterndb_sketch.curvenetwork.network import (
         Curve,
         CurveNetwork,
         Cycle,
-        Drawing,
         InvalidNetworkError,
     )
-    from patterndb_sketch.surfacing.network import (
-        CurveNetwork as Network,
-    )
+    from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
     from patterndb_sketch.surfacing.networkfile import (
         read_drawing,
         read_network,
@@ -39,7 +36,13 @@ if TYPE_CHECKING:
     )
     from patterndb_sketch.surfacing.openings import Openings, OpenRim, find_openings
     from patterndb_sketch.surfacing.patch import LoopSurface, SurfacePatch, Surfacing
-    from patterndb_sketch.surfacing.sampling import Loop, Sampling, default_spacing, loop_of, sample
+    from patterndb_sketch.surfacing.sampling import (
+        Loop,
+        Sampling,
+        default_spacing,
+        loop_of,
+        sample,
+    )
     from patterndb_sketch.surfacing.surfaces import (
         GrowingSketch,
         LoopMemory,
@@ -55,13 +58,13 @@ if TYPE_CHECKING:
 _HOME = {
     "FoundCycles": "patterndb_sketch.surfacing.cycles",
     "find_cycles": "patterndb_sketch.surfacing.cycles",
-    "network_of_polylines": "patterndb_sketch.surfacing.joining.junctions",
-    "named_cycle": "patterndb_sketch.surfacing.naming",
-    "Curve": "patterndb_sketch.surfacing.network",
-    "CurveNetwork": "patterndb_sketch.surfacing.network",
-    "Cycle": "patterndb_sketch.surfacing.network",
-    "Drawing": "patterndb_sketch.surfacing.network",
-    "InvalidNetworkError": "patterndb_sketch.surfacing.network",
+    "network_of_polylines": "patterndb_sketch.curvenetwork.joining",
+    "named_cycle": "patterndb_sketch.curvenetwork.naming",
+    "Curve": "patterndb_sketch.curvenetwork.network",
+    "CurveNetwork": "patterndb_sketch.curvenetwork.network",
+    "Cycle": "patterndb_sketch.curvenetwork.network",
+    "Drawing": "patterndb_sketch.curvenetwork.network",
+    "InvalidNetworkError": "patterndb_sketch.curvenetwork.network",
     "read_drawing": "patterndb_sketch.surfacing.networkfile",
     "read_network": "patterndb_sketch.surfacing.networkfile",
     "read_recorded_patches": "patterndb_sketch.surfacing.networkfile",
@@ -98,7 +101,6 @@ __all__ = [
     "Loop",
     "LoopMemory",
     "LoopSurface",
-    "Network",
     "OpenRim",
     "Openings",
     "Sampling",
@@ -121,5 +123,4 @@ __all__ = [
     "write_network",
 ]
 
-# Network is the name that CurveNetwork had at first.
 __getattr__, __dir__ = lazy_exports(__name__, _HOME)

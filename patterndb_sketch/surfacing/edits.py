@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError, Step
 from patterndb_sketch.surfacing.inking import InkedStroke, add_ink_curves
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
-from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing, InvalidNetworkError
 
 #: A cycle's key: what two cycles that differ in start and sense only have in common.
 Key = tuple[tuple[int, bool], ...]

@@ -20,14 +20,14 @@ from scipy.sparse.linalg import splu
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.curvenormals import sample_normals
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_angles
-from patterndb_sketch.surfacing.parallelograms import (
-    SectorGrid,
-    lay_grid,
-    measure_borders,
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.normals import sample_normals
+from patterndb_sketch.curvenetwork.polylines import CORNER_ANGLE, measure_angles
+from patterndb_sketch.surfacing.parallelograms import SectorGrid, lay_grid, measure_borders
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    Sampling,
 )
-from patterndb_sketch.surfacing.sampling import CORNER_ANGLE, Loop, Sampling
 
 #: A crossing curve that leaves a curve at an angle with a lesser sine tells no plane.
 LEAST_SINE = 0.5

@@ -11,17 +11,11 @@ import numpy as np
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, find_nearest_on
-from patterndb_sketch.surfacing.curvenormals import carry_normals
-from patterndb_sketch.surfacing.joining.junctions import join_polylines
-from patterndb_sketch.surfacing.joining.polylines import move_ends
-from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import (
-    Curve,
-    CurveNetwork,
-    Drawing,
-    InvalidNetworkError,
-    drop_repeats,
-)
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.joining import join_polylines
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, InvalidNetworkError, Step
+from patterndb_sketch.curvenetwork.normals import carry_normals
+from patterndb_sketch.curvenetwork.polylines import drop_repeats, move_ends
 from patterndb_sketch.surfacing.patch import Surfacing
 
 

@@ -178,7 +178,7 @@ def make_by_quads(
     """
     import numpy as np
 
-    from patterndb_sketch.surfacing.network import InvalidNetworkError
+    from patterndb_sketch.curvenetwork.network import InvalidNetworkError
     from patterndb_sketch.surfacing.patch import as_triangles
     from patterndb_sketch.surfacing.quads import fill_with_quads
 

@@ -11,19 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.symmetry.half import Plane
-from patterndb_sketch.surfacing.curvenormals import find_nearest_normals
-from patterndb_sketch.surfacing.joining.polylines import move_ends
-from patterndb_sketch.surfacing.network import (
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import (
     Curve,
     CurveId,
     CurveNetwork,
     Cycle,
-    Drawing,
     InvalidNetworkError,
-    drop_repeats,
     list_steps_at_nodes,
 )
+from patterndb_sketch.curvenetwork.normals import find_nearest_normals
+from patterndb_sketch.curvenetwork.polylines import drop_repeats, move_ends
+from patterndb_sketch.retopo.symmetry.half import Plane
 
 #: What is this near to the plane, as a part of the half's diagonal, is on it: ends drawn by hand
 #: up to a plane that one sees miss it by some thousandths.

@@ -18,6 +18,8 @@ from pathlib import Path
 
 from patterndb.system.documents import parse_json, read_limited
 from patterndb.system.files import explain_compression, replace_file
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.files.cassie import (
     RecordedPatch,
     is_stroke_graph,
@@ -32,7 +34,6 @@ from patterndb_sketch.surfacing.files.plaintext import (
     patches_network,
     polylines_drawing,
 )
-from patterndb_sketch.surfacing.network import CurveNetwork, Drawing, InvalidNetworkError
 
 #: Bytes that a file may have: the largest sketches of the CASSIE data set have some 110,000.
 MAX_BYTES = 32_000_000
@@ -43,7 +44,7 @@ def read_network(path: Path | str, tolerance: float | None = None) -> CurveNetwo
 
     tolerance: how far apart curves may pass and still meet, in the network's unit; by default
     what the file says, else it follows from by how much the curves miss each other (see
-    :func:`patterndb_sketch.surfacing.joining.junctions.join_polylines`). Only for files that leave
+    :func:`patterndb_sketch.curvenetwork.joining.join_polylines`). Only for files that leave
     it open where curves meet.
 
     Raises InvalidNetworkError that names the file and the place in it, says what is wrong there

@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import CurveId, CurveNetwork, Cycle, total_length
+from patterndb_sketch.curvenetwork.network import CurveId, CurveNetwork, Cycle, Step, total_length
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,7 +22,7 @@ from scipy.sparse.linalg import splu
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.surfacing.network import measure_angles
+from patterndb_sketch.curvenetwork.polylines import measure_angles
 
 #: Candidate corners for each number of corners: so many of the likeliest vertices, of which all
 #: subsets are tried. 112 choices in all.

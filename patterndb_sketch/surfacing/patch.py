@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Sampling
 
 

@@ -13,18 +13,8 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
 from patterndb.geometry.quadshape import PLANAR, plane_normal
-from patterndb_sketch.surfacing.network import (
-    Curve,
-    CurveNetwork,
-    Cycle,
-    InvalidNetworkError,
-    measure_angles,
-    measure_turning,
-)
-
-#: A polyline that turns by more than this at a point has a corner there, in radians
-#: (Abbasinejad et al. 2013, section 3.1: 20 degrees).
-CORNER_ANGLE = math.radians(20)
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import CORNER_ANGLE, measure_angles, measure_turning
 
 #: Without another spacing, the median curve is sampled in this many edges: a quarter circle
 #: then turns by 7.5 degrees from edge to edge, well below a corner.

@@ -15,6 +15,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     AREA_PRICE,
@@ -30,19 +31,8 @@ from patterndb_sketch.surfacing.fairing import (
     find_guided_curves,
     find_smooth_curves,
 )
-from patterndb_sketch.surfacing.methods import (
-    DEFAULT_METHOD,
-    METHODS,
-    MadeSurface,
-    list_methods,
-)
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.patch import (
-    LoopSurface,
-    SurfacePatch,
-    Surfacing,
-    as_triangles,
-)
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, MadeSurface, list_methods
+from patterndb_sketch.surfacing.patch import LoopSurface, SurfacePatch, Surfacing, as_triangles
 from patterndb_sketch.surfacing.quads import count_even_edges
 from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_CURVE,

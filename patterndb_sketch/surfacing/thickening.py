@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 
 #: Normals around a vertex that spread less than this across each other, as a part of their greatest
 #: spread, are of one smooth surface: an edge bent by less than 25 degrees.

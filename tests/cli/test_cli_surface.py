@@ -13,7 +13,7 @@ from commandline import assert_refused, run
 from shared import CHECKOUT
 
 from ingest.formats import read_mesh
-from patterndb_sketch.surfacing.network import CurveNetwork
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.networkfile import write_network
 
 sys.path.insert(0, str(CHECKOUT / "tests" / "sketch"))

@@ -9,8 +9,12 @@ import numpy as np
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
-from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 
 #: Costs of the slow ways are within this of each other; they are sums of some ten terms.
 CLOSE = 1e-9

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import Drawing
+from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_drawing
 
 Document = dict[str, Any]

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 
 
 def faces_network(points: object, faces: list[list[int]]) -> CurveNetwork:

@@ -7,9 +7,14 @@ import numpy as np
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.surfacing.network import CurveNetwork
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.quads import QuadPatch, count_even_edges, fill_with_quads
-from patterndb_sketch.surfacing.sampling import Loop, Sampling, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    Sampling,
+    loop_of,
+    sample,
+)
 from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 

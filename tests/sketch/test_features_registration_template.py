@@ -20,7 +20,7 @@ from patterndb_sketch.features.registration import (
     resolve_network,
     template_of_name,
 )
-from patterndb_sketch.features.registration.boxes import CORNERS
+from patterndb_sketch.features.registration.boxes import read_car
 from patterndb_sketch.features.registration.template import find_parts, list_edges, sample_features
 
 
@@ -65,16 +65,17 @@ def test_the_plane_has_the_border_that_is_mirrored() -> None:
         "bottom_profile", "front_profile", "rear_profile", "rear_window_profile", "roof_profile",
         "upper_profile", "windscreen_profile",
     ]  # fmt: skip
-    assert template.in_plane()[1] == {one.name for one in CORNERS if one.name.endswith("_centre")}
+    assert template.in_plane()[1] == {corner for box in read_car().boxes for corner in box.middle}
 
 
 def test_the_joints_are_the_corners_of_the_network() -> None:
     """Derived from the features alone, and none other than what the network says."""
     template = car_template()
     joints = {joint.name: set(joint.curves) for joint in template.joints(template.curves)}
-    assert set(joints) == {corner.name for corner in CORNERS}
-    for corner in CORNERS:
-        assert set(corner.curves) <= joints[corner.name]
+    corners = read_car().corners
+    assert set(joints) == set(corners)
+    for corner, curves in corners.items():
+        assert set(curves) <= joints[corner]
 
 
 def test_feature_vertices_sample_their_curves_uniformly() -> None:

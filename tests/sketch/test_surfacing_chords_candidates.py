@@ -11,9 +11,9 @@ from chord_cases import SHAPES, ring, strip
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.chords import find_candidates, find_endpoints
 from patterndb_sketch.surfacing.chords.candidates import HUGGING, NEAR_EDGES, NEAR_SHARE
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
 SLACK = 1e-6

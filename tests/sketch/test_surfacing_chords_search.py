@@ -23,6 +23,7 @@ from chord_cases import (
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.chords import (
     MOST_COUNTED,
     count_subproblems,
@@ -33,7 +34,6 @@ from patterndb_sketch.surfacing.chords import (
     measure_flatness,
     search_cuts,
 )
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
 SEEDS = st.integers(0, 2**32 - 1)

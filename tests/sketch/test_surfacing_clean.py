@@ -14,8 +14,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "surfacing"))
 from cleannetworks import CleanNetwork, list_clean_networks
 
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.network import CurveNetwork
 
 #: Of every family so many, spread evenly.
 EACH = 5

@@ -10,9 +10,13 @@ from chord_cases import SHAPES, ring, ring_network
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.chords import decompose, find_endpoints
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
-from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 
 
 def polygon(n: int) -> np.ndarray:

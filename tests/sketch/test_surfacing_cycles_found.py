@@ -10,9 +10,9 @@ from networks import cube, faces_network, prism, ring, shuffled, torus
 from numpy.typing import NDArray
 from shared import SHARED
 
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
 from patterndb_sketch.surfacing.cycles.found import find_pinches, list_users, orient_cycles
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
 
 CURVES = SHARED / "data" / "curves"

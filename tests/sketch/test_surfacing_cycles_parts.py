@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
 from patterndb._native.geometry.leastarea import triangulate_cheapest
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles import bounding, choosing, closing, find_cycles, packing
 from patterndb_sketch.surfacing.cycles.bounding import bound_choices
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
@@ -28,7 +29,6 @@ from patterndb_sketch.surfacing.cycles.closing import (
 from patterndb_sketch.surfacing.cycles.find import order_network
 from patterndb_sketch.surfacing.cycles.found import find_pinches, orient_cycles
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, price_folds, rate_badness
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 #: Curves, gains, costs, forced, excluded and full, as choose() has them.
 Packing = tuple[

@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.cycles.closing import list_half_curves
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, rate_badness
 from patterndb_sketch.surfacing.methods import METHODS
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.networkfile import parse_drawing
 from patterndb_sketch.surfacing.surfaces import Settings, surface
 

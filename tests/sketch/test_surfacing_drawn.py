@@ -16,8 +16,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks" / "surfacing"))
 from drawnnetworks import FAULTS, HALVES, DrawnCurves, draw_network
 from joining_traps import Trap, list_traps
 
+from patterndb_sketch.curvenetwork.joining import network_of_polylines
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.joining import network_of_polylines
 
 #: A seed that the constants were not chosen with.
 SEED = 5

@@ -13,10 +13,13 @@ from networks import cube, faces_network, shuffled, torus
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.fairing import find_smooth_curves
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.patch import Surfacing
-from patterndb_sketch.surfacing.sampling import default_spacing, sample
+from patterndb_sketch.surfacing.sampling import (
+    default_spacing,
+    sample,
+)
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
 from patterndb_sketch.surfacing.tessellation import area
 

@@ -13,13 +13,13 @@ from tessellation_cases import as_loop
 
 import patterndb
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.methods import (
     DEFAULT_METHOD,
     METHODS,
     SurfacingMethod,
     describe_methods,
 )
-from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import as_triangles
 from patterndb_sketch.surfacing.surfaces import Settings, surface, surface_loop
 from viewer.surfacing.commands import COMMANDS

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 from tessellation_cases import as_loop, check_disk, turned, wobbly
 
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
     MAX_VERTICES,
     area,

@@ -9,6 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing import find_cycles, network_of_polylines, surface
 from patterndb_sketch.surfacing.mirroring import (
     describe_plane,
@@ -16,7 +18,6 @@ from patterndb_sketch.surfacing.mirroring import (
     mirror_drawing,
     parse_plane,
 )
-from patterndb_sketch.surfacing.network import CurveNetwork, Drawing, InvalidNetworkError
 
 
 def half_vase(

@@ -14,10 +14,10 @@ from networkfile_cases import CROSSED, change, document, parsed
 from shared import SHARED
 
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.curvenetwork.joining import network_of_polylines
+from patterndb_sketch.curvenetwork.naming import NamedCurve, named_cycle
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.files.networkjson import network_document
-from patterndb_sketch.surfacing.joining.junctions import network_of_polylines
-from patterndb_sketch.surfacing.naming import NamedCurve, named_cycle
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_drawing, read_network, write_network
 
 CURVES = SHARED / "data" / "curves"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from networkfile_cases import CROSSED, Document, change, square_graph
 from shared import SHARED
 
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import parse_drawing
 
 CURVES = SHARED / "data" / "curves"

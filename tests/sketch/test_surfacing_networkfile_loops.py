@@ -11,8 +11,9 @@ from networkfile_cases import bezier, document, parsed
 from scipy.interpolate import BSpline
 from shared import SHARED
 
-from patterndb._native.surfacing.joining.meetings import measure_deviation
-from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_turning
+from patterndb._native.surfacing.curvenetwork.meetings import measure_deviation
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import measure_turning
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
 
 CURVES = SHARED / "data" / "curves"

@@ -14,14 +14,11 @@ from networkfile_cases import bezier, change, document, drawing, parsed, square_
 from scipy.spatial import KDTree
 from shared import SHARED
 
-from patterndb._native.surfacing.joining.meetings import measure_deviation
+from patterndb._native.surfacing.curvenetwork.meetings import measure_deviation
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from patterndb_sketch.surfacing.network import (
-    CurveNetwork,
-    InvalidNetworkError,
-    measure_turning,
-)
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import measure_turning
 from patterndb_sketch.surfacing.networkfile import (
     parse_drawing,
     read_drawing,

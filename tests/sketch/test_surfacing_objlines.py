@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import parse_drawing
 
 N = 9

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from networks import cube, faces_network, torus
 from shared import SHARED
 
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing import find_cycles, find_openings, read_network
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.openings import Openings
 
 

@@ -13,9 +13,13 @@ from quads_cases import assert_closed, assert_disk_within, filled, loops, togeth
 import patterndb
 from patterndb.geometry.quadshape import find_turned_corners
 from patterndb.store import Database
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.quads import bridge, fill_with_quads
-from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 from patterndb_sketch.surfacing.tessellation import minimal_area
 from query.placing import Placement, Surface, place
 

@@ -10,9 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from networks import cube, faces_network, prism, ring, shuffled, torus
 
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.quads import count_even_edges
-from patterndb_sketch.surfacing.sampling import edges_at, loop_of, sample, stretches
+from patterndb_sketch.surfacing.sampling import (
+    edges_at,
+    loop_of,
+    sample,
+    stretches,
+)
 
 TETRAHEDRON = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]
 #: Walks round a tetrahedron over four of its edges: with the faces, edges are in four cycles.

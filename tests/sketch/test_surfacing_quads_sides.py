@@ -11,10 +11,14 @@ from hypothesis import strategies as st
 from networks import ring
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.quads import count_even_edges
 from patterndb_sketch.surfacing.quads.bridge import boundary_of, measure_interior_angles
-from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.sampling import (
+    Loop,
+    loop_of,
+    sample,
+)
 from patterndb_sketch.surfacing.tessellation import minimal_area
 from query import Boundary
 

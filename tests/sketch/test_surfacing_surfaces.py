@@ -9,8 +9,8 @@ import pytest
 from networks import cube, faces_network, prism, ring, shuffled, torus
 
 import patterndb
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing import find_cycles, network_of_polylines
-from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
 from patterndb_sketch.surfacing.surfaces import (
     STAGES_KEPT,
@@ -138,7 +138,7 @@ def test_a_cycle_that_cannot_be_surfaced_has_a_note_and_spares_the_others() -> N
     # A curve there and a straight one back, on the same line: too few vertices to enclose.
     points = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     network = CurveNetwork.from_edges(points, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 1]])
-    from patterndb_sketch.surfacing.network import Cycle
+    from patterndb_sketch.curvenetwork.network import Cycle
 
     square = Cycle(tuple((i, False) for i in range(4)))
     sliver = Cycle(((0, False), (4, True)))
@@ -191,7 +191,10 @@ def test_slips_are_refused() -> None:
 
 
 def test_a_loop_is_walked_by_convention() -> None:
-    from patterndb_sketch.surfacing.sampling import loop_of, sample
+    from patterndb_sketch.surfacing.sampling import (
+        loop_of,
+        sample,
+    )
 
     network = ring([[0, 0, 0], [2, 0, 1], [2, 2, 0], [0, 2, 3]])
     loop = loop_of(network, sample(network), network.cycles[0])

@@ -17,7 +17,7 @@ from tessellation_cases import check_disk, turned, wobbly
 from patterndb._native.surfacing.tessellation.piece import solve_heights
 from patterndb._native.surfacing.tessellation.planar import is_simple
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
     Tessellation,
     area,

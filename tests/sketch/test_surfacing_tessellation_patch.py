@@ -14,8 +14,11 @@ from hypothesis import strategies as st
 from shared import SHARED
 from tessellation_cases import as_loop, check_disk, chorded, wobbly
 
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.sampling import loop_of, sample
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
+from patterndb_sketch.surfacing.sampling import (
+    loop_of,
+    sample,
+)
 from patterndb_sketch.surfacing.tessellation import (
     find_self_intersections,
     patch_of_least_area,

@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from networks import cube, torus
 
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing import surface
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import find_self_intersections
 from patterndb_sketch.surfacing.thickening import is_closed, thicken, turn_outward
 

@@ -12,11 +12,12 @@ from numpy.typing import ArrayLike
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.store import Database
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
 from patterndb_sketch.surfacing.files.editsjson import LooseStroke, SurfacingWork
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, ViewerState

@@ -14,10 +14,11 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.store import Database
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.history import History
 from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.methods import METHODS
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.openings import Openings
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from patterndb_sketch.surfacing.sampling import (

@@ -1,4 +1,3 @@
 from . import chords as chords
 from . import cycles as cycles
-from . import joining as joining
 from . import tessellation as tessellation

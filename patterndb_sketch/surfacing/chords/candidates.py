@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb._native.surfacing.chords.candidates import candidates, endpoints
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
 #: Two lengths, angles or coordinates count as equal below this share of their scale. A curve

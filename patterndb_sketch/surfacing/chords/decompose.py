@@ -13,6 +13,7 @@ from patterndb._native.geometry.leastarea import tabulate_areas_around
 from patterndb._native.surfacing.chords.candidates import order_canonically
 from patterndb._native.surfacing.chords.decompose import flatter as _flatter
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.chords.candidates import (
     SAME,
     TURNING_BOUND,
@@ -22,7 +23,6 @@ from patterndb_sketch.surfacing.chords.candidates import (
 from patterndb_sketch.surfacing.chords.flatness import Flatness, is_planar
 from patterndb_sketch.surfacing.chords.search import search_cuts
 from patterndb_sketch.surfacing.chords.subcycles import count_subproblems
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
 #: How much a cut weighs against the flatness it gains (Abbasinejad et al. 2013, section 3.2: 0.1

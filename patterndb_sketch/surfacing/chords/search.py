@@ -11,9 +11,9 @@ import numpy as np
 from patterndb._native.surfacing.chords.search import solve
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.chords.flatness import Flatness, standardise
 from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED
-from patterndb_sketch.surfacing.network import InvalidNetworkError
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles.closing import curve_ends
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 
 #: Curves that turn at a node by no more than this go on into each other; in radians.
 SMOOTH = np.radians(30)

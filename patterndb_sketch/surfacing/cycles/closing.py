@@ -17,7 +17,7 @@ from patterndb._native.surfacing.cycles.closing import (
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import units
 from patterndb.geometry.polyline import sample_polyline
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.

@@ -9,6 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.network import (
+    Curve,
+    CurveNetwork,
+    Cycle,
+    InvalidNetworkError,
+    list_steps_at_nodes,
+)
 from patterndb_sketch.surfacing.cycles.chains import ChainedNetwork, chain_curves
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
@@ -34,13 +41,6 @@ from patterndb_sketch.surfacing.cycles.measures import (
 )
 from patterndb_sketch.surfacing.cycles.packing import SIDES
 from patterndb_sketch.surfacing.cycles.walls import find_walls
-from patterndb_sketch.surfacing.network import (
-    Curve,
-    CurveNetwork,
-    Cycle,
-    InvalidNetworkError,
-    list_steps_at_nodes,
-)
 
 #: Closing paths per pair of curves at a node.
 CLOSINGS = 8

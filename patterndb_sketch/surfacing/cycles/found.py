@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles.closing import find_dangling
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 
 @dataclass(frozen=True, slots=True)

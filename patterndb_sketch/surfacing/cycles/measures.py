@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from patterndb._native.surfacing.cycles.measures import measure
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.polyline import sample_polyline
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.polylines import measure_turning
 from patterndb_sketch.surfacing.cycles.closing import HalfCurves
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_turning
 
 #: A curve is sampled once per this much turning, in radians, from 1 to MOST_EDGES edges: enough
 #: to tell surfaces apart, not to build them. A closed curve has at least CLOSED_EDGES.

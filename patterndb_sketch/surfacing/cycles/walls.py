@@ -9,9 +9,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from patterndb.geometry.points import Floats
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, total_length
 from patterndb_sketch.surfacing.cycles.found import list_users
 from patterndb_sketch.surfacing.cycles.packing import SIDES
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, total_length
 
 #: The worst badness of a wall. In the CASSIE sketches four are found, all recorded, those of every
 #: second one being unchanged; up to 0.5 there are 22, of which 8 are recorded.

@@ -22,14 +22,11 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.joining import join_polylines
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import SAME_PLACE, as_places, measure_diagonal
 from patterndb_sketch.surfacing.files.splines import polylines_of
-from patterndb_sketch.surfacing.joining.junctions import join_polylines
-from patterndb_sketch.surfacing.joining.polylines import (
-    SAME_PLACE,
-    as_places,
-    measure_diagonal,
-)
-from patterndb_sketch.surfacing.network import Drawing, InvalidNetworkError
 
 KEYS = ("strokes", "segments", "nodes", "patches_created")
 STROKE_KEYS = ("id", "segments")

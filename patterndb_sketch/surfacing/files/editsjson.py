@@ -21,9 +21,10 @@ from msgspec import UNSET, UnsetType
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonModel, JsonValue, Name, Pair, Point, complete_points
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.inking import InkedStroke
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 
 Steps = list[Pair]

@@ -9,11 +9,11 @@
 
 curves: the curves as drawn, each once; id is its place in the list and stroke its id where they
 are left out; normals, where a program knows them, are those of the surface at the points. Curves
-meet where :func:`patterndb_sketch.surfacing.joining.junctions.join_polylines` finds it, within the
+meet where :func:`patterndb_sketch.curvenetwork.joining.join_polylines` finds it, within the
 tolerance, or if there is none within one that follows from the drawing.
 cycles: the patches, each the ids of its curves in the order of a closed walk;
 "reversed" may say the sense, "part" which of the parts that nodes split the curve into, counted
-from 0; else :func:`patterndb_sketch.surfacing.naming.named_cycle` finds both. stages: the ids
+from 0; else :func:`patterndb_sketch.curvenetwork.naming.named_cycle` finds both. stages: the ids
 of the curves drawn in every stage.
 
 With "nodes", a list of points, the file says itself where curves meet: every curve then has
@@ -40,31 +40,26 @@ from patterndb.system.documents import (
     Polyline,
     complete_points,
 )
-from patterndb_sketch.surfacing.curvenormals import as_normals, carry_normals
-from patterndb_sketch.surfacing.joining.junctions import JoinedCurves, join_polylines
-from patterndb_sketch.surfacing.joining.polylines import (
-    as_curve,
-    as_places,
-    measure_diagonal,
-    move_ends,
-)
-from patterndb_sketch.surfacing.naming import (
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.joining import JoinedCurves, join_polylines
+from patterndb_sketch.curvenetwork.naming import (
     NamedCurve,
-    Step,
     Walks,
     list_parts,
     named_cycle,
     parts_of,
     walks_of,
 )
-from patterndb_sketch.surfacing.network import (
+from patterndb_sketch.curvenetwork.network import (
     Curve,
     CurveId,
     CurveNetwork,
     Cycle,
-    Drawing,
     InvalidNetworkError,
+    Step,
 )
+from patterndb_sketch.curvenetwork.normals import as_normals, carry_normals
+from patterndb_sketch.curvenetwork.polylines import as_curve, as_places, measure_diagonal, move_ends
 
 #: Where the file says at which node a curve ends, it may be this far away, as a share of the
 #: network's diagonal: beyond it the number of the node is surely wrong.

@@ -15,9 +15,10 @@ from itertools import pairwise
 from typing import NoReturn
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.joining.junctions import join_polylines
-from patterndb_sketch.surfacing.joining.polylines import as_curve, as_places
-from patterndb_sketch.surfacing.network import Drawing, InvalidNetworkError, measure_angles
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.joining import join_polylines
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import as_curve, as_places, measure_angles
 
 #: How an OBJ file begins, but no other file of curves: with a comment, a name, or numbers that are
 #: no coordinates. Polylines as drawn (.curves) begin with v, too: they have no elements.

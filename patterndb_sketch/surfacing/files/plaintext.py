@@ -10,9 +10,11 @@ import numpy as np
 from scipy.interpolate import BSpline
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.files.splines import beziers_of, polylines_of
-from patterndb_sketch.surfacing.joining.junctions import join_polylines
-from patterndb_sketch.surfacing.joining.polylines import (
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.joining import join_polylines
+from patterndb_sketch.curvenetwork.naming import list_parts
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import (
     SAME_PLACE,
     as_curve,
     as_places,
@@ -20,14 +22,7 @@ from patterndb_sketch.surfacing.joining.polylines import (
     measure_diagonal,
     move_ends,
 )
-from patterndb_sketch.surfacing.naming import list_parts
-from patterndb_sketch.surfacing.network import (
-    Curve,
-    CurveNetwork,
-    Cycle,
-    Drawing,
-    InvalidNetworkError,
-)
+from patterndb_sketch.surfacing.files.splines import beziers_of, polylines_of
 
 #: The highest degree of a B-spline. Programs that model shapes have 3, rarely more than 7; far
 #: beyond, the Beziers of a B-spline lose digits.

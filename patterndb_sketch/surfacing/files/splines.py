@@ -9,10 +9,10 @@ from scipy.interpolate import BSpline
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.surfacing.network import measure_angles
+from patterndb_sketch.curvenetwork.polylines import measure_angles
 
 #: A polyline turns by no more than this at any point where the spline is smooth, in radians:
-#: a quarter of what counts as a corner (patterndb_sketch.surfacing.sampling.CORNER_ANGLE).
+#: a quarter of what counts as a corner (patterndb_sketch.curvenetwork.polylines.CORNER_ANGLE).
 MAX_TURNING = math.radians(5)
 
 #: How far the spline may be from the polyline, as a share of its length.

@@ -13,7 +13,8 @@ from patterndb.errors import InvalidBoundaryError, InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
 from patterndb.geometry.surface import edge_keys
-from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_angles
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import measure_angles
 from patterndb_sketch.surfacing.sampling import Loop
 from query import Fill, fills
 from query.boundary import Boundary, CornerKind

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from itertools import accumulate, pairwise
 
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.retopo.counts import FLOW_REGULARITY, CountsProblem, solve_counts
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.quads.bridge import find_sides
 from patterndb_sketch.surfacing.sampling import (
     Sampling,

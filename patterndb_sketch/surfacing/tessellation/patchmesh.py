@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sample_polyline
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation.piece import (
     PieceMethod,

@@ -14,7 +14,7 @@ from patterndb._native.surfacing.tessellation.piece import measure_stretch, solv
 from patterndb._native.surfacing.tessellation.planar import is_simple
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points, as_points, tangents
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation.planar import GRID, fill_polygon, triangulate_polygon
 
 #: How a piece was made: relaxed over a plane, or as the triangulation of least area.

@@ -19,7 +19,7 @@ from patterndb._native.surfacing.tessellation.planar import (
     smooth,
 )
 from patterndb.core.halfedge import Int64Array
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 
 #: Coordinates run from 0 to this. A turn is a difference of two products of two differences:
 #: below 2**61, so it fits in 64 bits. One step is 1e-9 of the polygon's extent.

@@ -2,7 +2,7 @@
 
 mod chords;
 mod cycles;
-mod joining;
+mod curvenetwork;
 mod tessellation;
 
 use pyo3::prelude::*;
@@ -12,7 +12,7 @@ use crate::add_module;
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
     chords::add(&add_module(module, "chords")?)?;
     cycles::add(&add_module(module, "cycles")?)?;
-    joining::add(&add_module(module, "joining")?)?;
+    curvenetwork::add(&add_module(module, "curvenetwork")?)?;
     tessellation::add(&add_module(module, "tessellation")?)?;
     Ok(())
 }

@@ -6,5 +6,5 @@
 mod axes;
 pub mod chords;
 pub mod cycles;
-pub mod joining;
+pub mod curvenetwork;
 pub mod tessellation;

@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from sayings import read_sheet
 
-from patterndb_sketch.surfacing.naming import named_cycle
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
+from patterndb_sketch.curvenetwork.drawing import Drawing
+from patterndb_sketch.curvenetwork.naming import named_cycle
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.facts import FactSheet
 from viewer.keymap import Effect

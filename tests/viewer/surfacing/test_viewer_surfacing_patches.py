@@ -20,7 +20,7 @@ from domes import (
 )
 
 import patterndb
-from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.surfaces import Settings, surface
 from viewer.style import TINTS, parse_colour
 from viewer.surfacing.body import SurfaceBody, choose_piece_tints, find_neighbours

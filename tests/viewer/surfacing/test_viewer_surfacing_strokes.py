@@ -8,8 +8,8 @@ from domes import Finder, at, click, dome, drag, growing_dome, keys, opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.edits import cut_cycle
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
 from viewer.nearness import STROKE_END_REACH

@@ -1,4 +1,4 @@
-//! `patterndb._native.surfacing.joining`.
+//! `patterndb._native.surfacing.curvenetwork`.
 
 mod meetings;
 mod survey;

@@ -39,12 +39,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 
-from patterndb._native.surfacing.joining.meetings import measure_deviation
+from patterndb._native.surfacing.curvenetwork.meetings import measure_deviation
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
-from patterndb_sketch.surfacing.joining.cuts import EXACT, FIRM, PUT, CurveCuts, cut_curves
-from patterndb_sketch.surfacing.joining.duplicates import (
+from patterndb_sketch.curvenetwork.crossings import join_smooth_crossings
+from patterndb_sketch.curvenetwork.cuts import EXACT, FIRM, PUT, CurveCuts, cut_curves
+from patterndb_sketch.curvenetwork.drawing import (
+    CurveJoin,
+    LooseEnd,
+    describe_joins,
+    describe_loose_ends,
+    find_loose_ends,
+)
+from patterndb_sketch.curvenetwork.duplicates import (
     Stretches,
     carry_cuts_over,
     find_duplicates,
@@ -52,35 +60,32 @@ from patterndb_sketch.surfacing.joining.duplicates import (
     is_on_duplicate,
     is_within_duplicate,
 )
-from patterndb_sketch.surfacing.joining.following import FollowedCurves, follow_curves
-from patterndb_sketch.surfacing.joining.looseends import describe_loose_ends, find_loose_ends
-from patterndb_sketch.surfacing.joining.meetings import Joins
-from patterndb_sketch.surfacing.joining.polylines import (
+from patterndb_sketch.curvenetwork.meetings import Joins
+from patterndb_sketch.curvenetwork.network import (
+    Curve,
+    CurveId,
+    CurveNetwork,
+    InvalidNetworkError,
+    Step,
+)
+from patterndb_sketch.curvenetwork.polylines import (
     SAME_PLACE,
     PackedCurves,
     as_curve,
+    drop_repeats,
     measure_diagonal,
     move_ends,
     pack_curves,
 )
-from patterndb_sketch.surfacing.joining.sagittas import join_smooth_crossings
-from patterndb_sketch.surfacing.joining.selection import LOOSE, select_joins
-from patterndb_sketch.surfacing.joining.survey import (
+from patterndb_sketch.curvenetwork.smoothcurves import FollowedCurves, follow_curves
+from patterndb_sketch.curvenetwork.survey import (
+    LOOSE,
     Survey,
     find_approaches,
     find_settled_curves,
+    select_joins,
     survey_drawing,
     take_tolerance,
-)
-from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import (
-    Curve,
-    CurveId,
-    CurveJoin,
-    CurveNetwork,
-    InvalidNetworkError,
-    LooseEnd,
-    drop_repeats,
 )
 
 Reason = Literal["overshoot", "nothing", "twice"]
@@ -165,16 +170,6 @@ class JoinedCurves:
         joins = (describe_joins(self.joins),) if self.joins else ()
         loose = (describe_loose_ends(self.loose),) if self.loose else ()
         return (*joins, *map(str, (*self.left_out, *self.crowded)), *loose)
-
-
-def describe_joins(joins: Sequence[CurveJoin]) -> str:
-    """Describe how many joins bridge gaps, and where the widest gap is."""
-    widest = joins[0]
-    x, y, z = widest.place
-    one, other = widest.curves
-    one_join = "a join of curves bridges a gap of "
-    many = f"{len(joins):,} joins of curves bridge gaps of up to " if len(joins) > 1 else one_join
-    return f"{many}{widest.gap:.3g} (curves {one!r} and {other!r} at {x:.4g}, {y:.4g}, {z:.4g})"
 
 
 def network_of_polylines(

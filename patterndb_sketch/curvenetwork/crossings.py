@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -21,20 +21,13 @@ from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.surfacing.joining.meetings import Joins, find_contacts
-from patterndb_sketch.surfacing.joining.polylines import Groups, PackedCurves, is_closed
-from patterndb_sketch.surfacing.network import drop_repeats, measure_angles
-from patterndb_sketch.surfacing.sampling import CORNER_ANGLE
+from patterndb_sketch.curvenetwork.meetings import Joins, find_contacts
+from patterndb_sketch.curvenetwork.polylines import Groups, PackedCurves, drop_repeats, is_closed
+from patterndb_sketch.curvenetwork.smoothcurves import END_FIT, GuessedCurves, guess_curves
 
 #: Polylines may be apart by so many times their sagittas where curves meet: these do not bend
 #: evenly.
 EASE = 1.5
-
-#: Guessed curves meet if they come as near to each other as this share of their sagittas: of an
-#: arc sampled every 20 degrees the guess is off by 0.01 of it. Beside ends and corners, where the
-#: second derivative is that of the next sample, and of two curves that are drawn exactly, END_FIT.
-FIT = 0.05
-END_FIT = 0.3
 
 #: Rounds of Gauss-Newton that look for the places where guessed curves are nearest.
 ROUNDS = 6
@@ -195,100 +188,6 @@ def _find_meetings(
     at = packed.along[pairs] + shares * size[pairs]
     chosen = kept[_choose_nearest(curve_of[pairs[kept]], at[kept], size[pairs[kept]])]
     return _Meetings(pairs[chosen], shares[chosen], places[chosen], exact[chosen])
-
-
-@dataclass(frozen=True, slots=True)
-class GuessedCurves:
-    """Curves between the samples of polylines, as cubics; n samples, an edge from each to the next.
-
-    sagitta: (n,) how far every edge may be from its curve. fit: (n,) how far the curve may be
-    from its guess. bends: (n, 3) second derivatives by arc length at the samples, as seen from the
-    edge that begins there; after: (n, 3) likewise at its end.
-    """
-
-    points: Points = field(repr=False)
-    sagitta: Floats = field(repr=False)
-    fit: Floats = field(repr=False)
-    bends: Points = field(repr=False)
-    after: Points = field(repr=False)
-
-    def locate(self, edges: Int64Array, shares: Floats) -> tuple[Points, Points]:
-        """The places (k, 3) at shares (k,) of edges on the curves, and their derivatives."""
-        start = self.points[edges]
-        step = self.points[edges + 1] - start
-        s = shares[:, None]
-        r = 1.0 - s
-        scale = (step * step).sum(axis=1)[:, None] / 6.0
-        bends, after = self.bends[edges], self.after[edges]
-        at = start + s * step - scale * (bends * (r - r**3) + after * (s - s**3))
-        slope = step - scale * (bends * (3.0 * r**2 - 1.0) + after * (1.0 - 3.0 * s**2))
-        return at, slope
-
-
-def guess_curves(curves: PackedCurves, smooth: NDArray[np.bool_] | None = None) -> GuessedCurves:
-    """Guess the curves between the samples of polylines.
-
-    smooth: (n,) which samples are not corners; by default those that turn by no more than
-    CORNER_ANGLE. Ends of open curves never are.
-    """
-    points = curves.points
-    before, after, inner = find_neighbours(curves)
-    here = np.flatnonzero(inner)
-    steps = points[here] - points[before[here]], points[after[here]] - points[here]
-    sizes = [np.linalg.norm(step, axis=1)[:, None] for step in steps]
-    # Steps so short in comparison that their squares vanish have no direction.
-    units = [
-        step / np.where(size > 0.0, size, 1.0) for step, size in zip(steps, sizes, strict=True)
-    ]
-    both = sizes[0] + sizes[1]
-    bends = np.zeros_like(points)
-    bends[here] = 2.0 * (units[1] - units[0]) / np.where(both > 0.0, both, 1.0)
-    turning = measure_sample_turning(curves)
-    smooth = inner & (turning <= CORNER_ANGLE if smooth is None else smooth)
-    bends[~smooth] = 0.0
-    turning[~smooth] = 0.0
-    # A corner is as its neighbour across the edge.
-    start, end = np.arange(len(points) - 1), np.arange(1, len(points))
-    bends_start = np.where(smooth[start, None], bends[start], bends[end])
-    bends_end = np.where(smooth[end, None], bends[end], bends[start])
-    size = np.linalg.norm(points[end] - points[start], axis=1)
-    sagitta = size * np.maximum(turning[start], turning[end]) / 8.0
-    sagitta[curves.starts[1:-1] - 1] = 0.0
-    fit = np.where(smooth[start] & smooth[end], FIT, END_FIT) * sagitta
-    none = np.zeros((1, 3))
-    return GuessedCurves(
-        points,
-        np.r_[sagitta, 0.0],
-        np.r_[fit, 0.0],
-        np.concatenate([bends_start, none]),
-        np.concatenate([bends_end, none]),
-    )
-
-
-def find_neighbours(curves: PackedCurves) -> tuple[Int64Array, Int64Array, NDArray[np.bool_]]:
-    """Find the samples (n,) before and after every sample, and which samples have both.
-
-    Closed curves go on beyond their seam. An end of an open curve is its own neighbour.
-    """
-    first, last = curves.starts[:-1], curves.starts[1:] - 1
-    before, after = np.arange(len(curves.points)) - 1, np.arange(len(curves.points)) + 1
-    before[first] = np.where(curves.closed, last - 1, first)
-    after[last] = np.where(curves.closed, first + 1, last)
-    inner = np.ones(len(curves.points), bool)
-    inner[first] = inner[last] = curves.closed
-    return before, after, inner
-
-
-def measure_sample_turning(curves: PackedCurves) -> Floats:
-    """(n,) by how much polylines turn at their samples, in radians; at open ends 0."""
-    before, after, inner = find_neighbours(curves)
-    here = np.flatnonzero(inner)
-    points = curves.points
-    turning = np.zeros(len(points))
-    turning[here] = measure_angles(
-        points[here] - points[before[here]], points[after[here]] - points[here]
-    )
-    return turning
 
 
 def _approach(

@@ -1,7 +1,7 @@
-//! `patterndb._native.surfacing.joining.survey`.
+//! `patterndb._native.surfacing.curvenetwork.survey`.
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2};
-use patterndb_surfacing::joining::survey::{self, Candidates, Curves, SeamJoins};
+use patterndb_surfacing::curvenetwork::survey::{self, Candidates, Curves, SeamJoins};
 use pyo3::prelude::*;
 
 use crate::arrays::{read, run};

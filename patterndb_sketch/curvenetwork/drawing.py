@@ -1,15 +1,17 @@
-"""Ends of curves that stop short of another curve: what a greater tolerance would join."""
+"""Drawings: a network as it was drawn, with its stages, and with how well its curves meet."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.network import CurveNetwork, LooseEnd
+from patterndb_sketch.curvenetwork.network import CurveId, CurveNetwork, Cycle, InvalidNetworkError
 
 #: An end is reported if it misses another curve by no more than this share of its own curve's
 #: length: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
@@ -17,6 +19,67 @@ NEAR = 0.1
 
 #: A curve's own end, or another part of it, counts as another curve from this share of it on.
 OWN = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class CurveJoin:
+    """Two curves, or one with itself, that were joined ``gap`` apart at ``place`` (3,), halfway."""
+
+    curves: tuple[CurveId, CurveId]
+    place: Points = field(repr=False)
+    gap: float
+
+
+@dataclass(frozen=True, slots=True)
+class LooseEnd:
+    """An end of ``curve`` at ``place`` (3,) where nothing goes on, ``gap`` from ``other``."""
+
+    curve: CurveId
+    place: Points = field(repr=False)
+    other: CurveId
+    gap: float
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A network as a file has it.
+
+    network: all of it.
+    stages:  the numbers of the curves that were drawn in every stage, in the order of drawing;
+             empty if the file does not say. A curve that a later one splits is in its parts
+             from the start.
+    notes:   what was left out or changed on the way, a sentence each.
+    joins:   joins of curves that do not meet exactly, the farthest apart first.
+    loose:   ends where nothing goes on that are near another curve, the farthest off first.
+    """
+
+    network: CurveNetwork
+    stages: tuple[tuple[int, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+    joins: tuple[CurveJoin, ...] = ()
+    loose: tuple[LooseEnd, ...] = ()
+
+    def after(self, n_stages: int) -> CurveNetwork:
+        """The network as it was after some stages, 0 to all: their curves, in their order.
+
+        The nodes are those of the whole network, with the same numbers. A cycle that the file
+        gives is there as soon as all its curves are. Raises InvalidNetworkError for a number
+        of stages that the drawing does not have.
+        """
+        if not 0 <= n_stages <= len(self.stages):
+            raise InvalidNetworkError(
+                f"after {n_stages} stages: the drawing has {len(self.stages)}; give 0 to "
+                f"{len(self.stages)}"
+            )
+        drawn = sorted({curve for stage in self.stages[:n_stages] for curve in stage})
+        number = {curve: i for i, curve in enumerate(drawn)}
+        cycles = [
+            Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
+            for cycle in self.network.cycles
+            if all(curve in number for curve in cycle.curves)
+        ]
+        curves = tuple(self.network.curves[curve] for curve in drawn)
+        return CurveNetwork(curves, self.network.nodes, tuple(cycles))
 
 
 def find_loose_ends(network: CurveNetwork) -> tuple[LooseEnd, ...]:
@@ -78,3 +141,13 @@ def round_up(length: float) -> str:
     exponent = math.floor(math.log10(length)) - 1
     digits = math.ceil(length / 10.0**exponent * (1 + 1e-9))
     return f"{digits * 10.0**exponent:.2g}"
+
+
+def describe_joins(joins: Sequence[CurveJoin]) -> str:
+    """Describe how many joins bridge gaps, and where the widest gap is."""
+    widest = joins[0]
+    x, y, z = widest.place
+    one, other = widest.curves
+    one_join = "a join of curves bridges a gap of "
+    many = f"{len(joins):,} joins of curves bridge gaps of up to " if len(joins) > 1 else one_join
+    return f"{many}{widest.gap:.3g} (curves {one!r} and {other!r} at {x:.4g}, {y:.4g}, {z:.4g})"

@@ -1,7 +1,7 @@
-//! `patterndb._native.surfacing.joining.meetings`.
+//! `patterndb._native.surfacing.curvenetwork.meetings`.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
-use patterndb_surfacing::joining::meetings::{self, Boxes, Contact, Edge, Polylines};
+use patterndb_surfacing::curvenetwork::meetings::{self, Boxes, Contact, Edge, Polylines};
 use pyo3::prelude::*;
 
 use crate::arrays::{read, run};

@@ -10,12 +10,13 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.curvenetwork.crossings import join_smooth_crossings
+from patterndb_sketch.curvenetwork.drawing import find_loose_ends
+from patterndb_sketch.curvenetwork.joining import join_polylines
+from patterndb_sketch.curvenetwork.polylines import pack_curves
+from patterndb_sketch.curvenetwork.smoothcurves import guess_curves
+from patterndb_sketch.curvenetwork.survey import find_settled_curves
 from patterndb_sketch.surfacing import find_cycles
-from patterndb_sketch.surfacing.joining.junctions import join_polylines
-from patterndb_sketch.surfacing.joining.looseends import find_loose_ends
-from patterndb_sketch.surfacing.joining.polylines import pack_curves
-from patterndb_sketch.surfacing.joining.sagittas import guess_curves, join_smooth_crossings
-from patterndb_sketch.surfacing.joining.survey import find_settled_curves
 
 SEEDS = st.integers(0, 2**32 - 1)
 

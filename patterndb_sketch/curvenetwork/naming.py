@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from patterndb_sketch.surfacing.network import CurveId, CurveNetwork, Cycle, InvalidNetworkError
-
-#: A step along a curve of the network: its number, and whether from its second node to its first.
-Step = tuple[int, bool]
+from patterndb_sketch.curvenetwork.network import (
+    CurveId,
+    CurveNetwork,
+    Cycle,
+    InvalidNetworkError,
+    Step,
+)
 
 #: For every curve id, the walks along the network that the drawn curves of that name became.
 Walks = Mapping[CurveId, Sequence[Sequence[Step]]]

@@ -19,9 +19,9 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.surfacing.joining.meetings import Joins
-from patterndb_sketch.surfacing.joining.polylines import Groups, PackedCurves
-from patterndb_sketch.surfacing.joining.survey import Survey
+from patterndb_sketch.curvenetwork.meetings import Joins
+from patterndb_sketch.curvenetwork.polylines import Groups, PackedCurves
+from patterndb_sketch.curvenetwork.survey import Survey
 
 #: How firmly a place holds its node; nodes are where they are held most firmly. ENDING, PASSING:
 #: a cut of a curve that ends there, or goes on. SETTLED: of one that is drawn exactly. EXACT: an

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -15,7 +16,7 @@ from scipy.spatial import KDTree
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.geometry.polyline import arc_length, find_nearest_on
-from patterndb_sketch.surfacing.network import InvalidNetworkError, drop_repeats
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 
 #: Coordinates beyond this are refused: the squares of their distances must remain numbers.
 MAX_COORDINATE = 1e100
@@ -23,6 +24,11 @@ MAX_COORDINATE = 1e100
 #: Places this close are one, as a share of the network's diagonal: programs and files keep some
 #: six digits or more.
 SAME_PLACE = 1e-6
+
+
+#: A polyline that turns by more than this at a point has a corner there, in radians
+#: (Abbasinejad et al. 2013, section 3.1: 20 degrees).
+CORNER_ANGLE = math.radians(20)
 
 
 def as_places(points: ArrayLike, name: str) -> Points:
@@ -73,6 +79,28 @@ def move_ends(points: Points, first: ArrayLike, last: ArrayLike) -> Points:
     moved = points + ((1 - share) * (first - points[0]) + share * (last - points[-1]))
     moved[0], moved[-1] = first, last
     return drop_repeats(moved)
+
+
+def drop_repeats(points: Points) -> Points:
+    """The points of a polyline (k, 3) without those that repeat the one before."""
+    differs = (points[1:] != points[:-1]).any(axis=1)
+    if differs.all():
+        return np.ascontiguousarray(points)
+    return np.concatenate([points[:1], points[1:][differs]])
+
+
+def measure_turning(points: Points) -> NDArray[np.float64]:
+    """(k - 2,) turning angle in radians at every inner point of a polyline (k, 3)."""
+    steps = np.diff(points, axis=0)
+    return measure_angles(steps[:-1], steps[1:])
+
+
+def measure_angles(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(m,) angle in radians between the rows of two (m, 3) arrays of vectors, 0 to pi."""
+    # By powers of two, which change no digit: products of large or small ones stay numbers.
+    a, b = (np.ldexp(v, -np.frexp(np.abs(v).max(axis=-1, keepdims=True))[1]) for v in (a, b))
+    # The arc tangent keeps its precision where the arc cosine loses it: near 0 and pi.
+    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
 
 
 def gather_places(points: Points, tolerance: float) -> tuple[Points, NDArray[np.int64]]:

@@ -12,8 +12,8 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
-from patterndb_sketch.surfacing.joining.junctions import JoinedCurves, join_polylines
-from patterndb_sketch.surfacing.network import CurveNetwork
+from patterndb_sketch.curvenetwork.joining import JoinedCurves, join_polylines
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 
 SEEDS = st.integers(0, 2**32 - 1)
 

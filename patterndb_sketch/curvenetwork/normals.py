@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError, Step
 
 
 def as_normals(normals: ArrayLike, points: ArrayLike, name: str) -> Points:

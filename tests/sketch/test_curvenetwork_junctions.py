@@ -13,16 +13,20 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.spatial import KDTree
 
-from patterndb._native.surfacing.joining.meetings import find_nearest_of_edges, measure_deviation
+from patterndb._native.surfacing.curvenetwork.meetings import (
+    find_nearest_of_edges,
+    measure_deviation,
+)
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sample_polyline
-from patterndb_sketch.surfacing.joining import meetings
-from patterndb_sketch.surfacing.joining.junctions import (
+from patterndb_sketch.curvenetwork.joining import (
     JoinedCurves,
     join_polylines,
+    meetings,
     network_of_polylines,
 )
-from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError, measure_turning
+from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import measure_turning
 
 SEEDS = st.integers(0, 2**32 - 1)
 

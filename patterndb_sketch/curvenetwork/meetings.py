@@ -15,11 +15,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.surfacing.joining.meetings import components, contacts, joins
+from patterndb._native.surfacing.curvenetwork.meetings import components, contacts, joins
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats
-from patterndb_sketch.surfacing.joining.polylines import PackedCurves
-from patterndb_sketch.surfacing.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.curvenetwork.polylines import PackedCurves
 
 #: Pairs of edges within the tolerance that are looked at: 40 bytes each.
 MAX_CONTACTS = 5_000_000

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from patterndb._native.surfacing.joining.survey import select_seam_joins
+from patterndb._native.surfacing.curvenetwork.survey import select_seam_joins
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats
-from patterndb_sketch.surfacing.joining.following import FollowedCurves
-from patterndb_sketch.surfacing.joining.meetings import Joins, find_joins
-from patterndb_sketch.surfacing.joining.polylines import PackedCurves
+from patterndb_sketch.curvenetwork.meetings import Joins, find_joins
+from patterndb_sketch.curvenetwork.polylines import PackedCurves
+from patterndb_sketch.curvenetwork.smoothcurves import FollowedCurves
 
 #: Curves meet within this share of the diagonal in every drawing, and in none beyond MOST.
 LEAST = 4e-3
@@ -52,13 +52,25 @@ ONE_MEETING = 0.05
 NEAR_END = 0.25
 
 #: A join at a closed curve's seam may be part of a meeting beyond it, within this share of it.
-#: NEAR_SEAM of rust/surfacing/src/joining/survey.rs is the same.
+#: NEAR_SEAM of rust/surfacing/src/curvenetwork/survey.rs is the same.
 NEAR_SEAM = 0.2
 
 #: Closed curves are placed exactly if they meet others exactly at so many places, of which MOST_OF
 #: count with one other: a closed stroke that is drawn twice crosses itself often.
 PLACES_OF_CLOSED = 3
 MOST_OF_ONE = 2
+
+
+#: Curves may be apart by this share more of what sparse samples leave out, at most twice as far.
+LOOSE = 0.5
+
+#: Curves that are placed exactly elsewhere pass each other on purpose, unless they are within so
+#: many times what their samples leave out, or within this share of the tolerance.
+SURE_FRINGE = 2.0
+
+#: An end that is nearer to one curve than this share of the distance to another does not need the
+#: other.
+SATISFIED = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -330,3 +342,46 @@ def _measure_crossing_gaps(curves: PackedCurves, joins: Joins) -> Floats:
     inner = ~curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
     alone = np.bincount(joins.meetings)[joins.meetings] == 1
     return joins.gaps[inner & alone]
+
+
+def measure_allowance(
+    followed: FollowedCurves, survey: Survey, joins: Joins, exact: float
+) -> Floats:
+    """(m,) how far apart curves may be at approaches to meet there."""
+    curves = followed.curves
+    has_end = curves.is_open_end(joins.curves, joins.lengths).any(axis=1)
+    fringes = followed.measure_fringes(joins)
+    allowed = np.where(has_end, survey.ends, survey.crossings)
+    allowed = allowed + np.minimum(LOOSE * fringes, allowed)
+    if not survey.given:
+        both = survey.placed[joins.curves].all(axis=1)
+        sure = np.minimum(allowed, np.maximum(SURE_FRINGE * fringes, exact))
+        allowed = np.where(both, sure, allowed)
+    return allowed
+
+
+def select_joins(
+    followed: FollowedCurves,
+    survey: Survey,
+    approaches: Joins,
+    copies: Int64Array,
+    exact: float,
+) -> Joins:
+    """Select the approaches that are meant: near enough, and needed by an end if there is one.
+
+    copies: (k, 2) pairs of curves that may be drawn over each other. exact: what is no further
+    apart meets anyway.
+    """
+    curves = followed.curves
+    allowed = measure_allowance(followed, survey, approaches, exact)
+    near = approaches.take(approaches.gaps <= allowed)
+    nearest = find_nearest_at_ends(curves, near.append(followed.exact), survey.ends, copies)
+    # An end that goes on too far needs what its curve meets shortly before.
+    has_end = curves.is_open_end(near.curves, near.lengths)
+    needed = ~(has_end[:, 0] | has_end[:, 1])
+    for side in range(2):
+        curve = near.curves[:, side]
+        ends = is_near_end(curves, curve, near.lengths[:, side], survey.ends)
+        ends &= nearest[curve] >= SATISFIED * near.gaps[:, None] - exact
+        needed |= ends.any(axis=1)
+    return near.take(needed)

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from networks import cube, ring, shuffled, torus
 
-from patterndb_sketch.surfacing.network import (
+from patterndb_sketch.curvenetwork.network import (
     Curve,
     CurveNetwork,
     Cycle,
     InvalidNetworkError,
     list_steps_at_nodes,
-    measure_angles,
 )
+from patterndb_sketch.curvenetwork.polylines import measure_angles
 
 
 def test_faces_of_a_cube_are_walks_of_four_nodes() -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points, as_points
@@ -14,6 +14,10 @@ from patterndb.geometry.polyline import arc_length
 
 #: A curve's name in the file it came from.
 CurveId = int | str
+
+
+#: A step along a curve of the network: its number, and whether from its second node to its first.
+Step = tuple[int, bool]
 
 
 class InvalidNetworkError(PatternDBError, ValueError):
@@ -57,7 +61,7 @@ class Cycle:
     the network, and whether it is walked from its second node to its first.
     """
 
-    steps: tuple[tuple[int, bool], ...]
+    steps: tuple[Step, ...]
 
     @property
     def curves(self) -> tuple[int, ...]:
@@ -121,7 +125,7 @@ class CurveNetwork:
         points = np.concatenate([curve.points for curve in self.curves])
         return float(np.linalg.norm(np.ptp(points, axis=0)))
 
-    def ends(self, step: tuple[int, bool]) -> tuple[int, int]:
+    def ends(self, step: Step) -> tuple[int, int]:
         """The nodes where a step of a walk begins and ends."""
         curve, backward = step
         first, last = self.curves[curve].nodes
@@ -170,7 +174,7 @@ class CurveNetwork:
         """(k, 3) points of the curves around the cycle as they were drawn, the first not again."""
         return np.concatenate([self.along(step)[:-1] for step in cycle.steps])
 
-    def along(self, step: tuple[int, bool]) -> Points:
+    def along(self, step: Step) -> Points:
         """(k, 3) points of a step's curve, in the sense of the walk."""
         curve, backward = step
         points = self.curves[curve].points
@@ -215,89 +219,6 @@ def list_steps_at_nodes(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
     return leaving
 
 
-def drop_repeats(points: Points) -> Points:
-    """The points of a polyline (k, 3) without those that repeat the one before."""
-    differs = (points[1:] != points[:-1]).any(axis=1)
-    if differs.all():
-        return np.ascontiguousarray(points)
-    return np.concatenate([points[:1], points[1:][differs]])
-
-
-def measure_turning(points: Points) -> NDArray[np.float64]:
-    """(k - 2,) turning angle in radians at every inner point of a polyline (k, 3)."""
-    steps = np.diff(points, axis=0)
-    return measure_angles(steps[:-1], steps[1:])
-
-
-def measure_angles(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(m,) angle in radians between the rows of two (m, 3) arrays of vectors, 0 to pi."""
-    # By powers of two, which change no digit: products of large or small ones stay numbers.
-    a, b = (np.ldexp(v, -np.frexp(np.abs(v).max(axis=-1, keepdims=True))[1]) for v in (a, b))
-    # The arc tangent keeps its precision where the arc cosine loses it: near 0 and pi.
-    return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
-
-
 def total_length(network: CurveNetwork, curves: Sequence[int]) -> float:
     """The summed arc length of some curves of the network."""
     return float(sum(network.curves[curve].length for curve in curves))
-
-
-@dataclass(frozen=True, slots=True)
-class CurveJoin:
-    """Two curves, or one with itself, that were joined ``gap`` apart at ``place`` (3,), halfway."""
-
-    curves: tuple[CurveId, CurveId]
-    place: Points = field(repr=False)
-    gap: float
-
-
-@dataclass(frozen=True, slots=True)
-class LooseEnd:
-    """An end of ``curve`` at ``place`` (3,) where nothing goes on, ``gap`` from ``other``."""
-
-    curve: CurveId
-    place: Points = field(repr=False)
-    other: CurveId
-    gap: float
-
-
-@dataclass(frozen=True, slots=True)
-class Drawing:
-    """A network as a file has it.
-
-    network: all of it.
-    stages:  the numbers of the curves that were drawn in every stage, in the order of drawing;
-             empty if the file does not say. A curve that a later one splits is in its parts
-             from the start.
-    notes:   what was left out or changed on the way, a sentence each.
-    joins:   joins of curves that do not meet exactly, the farthest apart first.
-    loose:   ends where nothing goes on that are near another curve, the farthest off first.
-    """
-
-    network: CurveNetwork
-    stages: tuple[tuple[int, ...], ...] = ()
-    notes: tuple[str, ...] = ()
-    joins: tuple[CurveJoin, ...] = ()
-    loose: tuple[LooseEnd, ...] = ()
-
-    def after(self, n_stages: int) -> CurveNetwork:
-        """The network as it was after some stages, 0 to all: their curves, in their order.
-
-        The nodes are those of the whole network, with the same numbers. A cycle that the file
-        gives is there as soon as all its curves are. Raises InvalidNetworkError for a number
-        of stages that the drawing does not have.
-        """
-        if not 0 <= n_stages <= len(self.stages):
-            raise InvalidNetworkError(
-                f"after {n_stages} stages: the drawing has {len(self.stages)}; give 0 to "
-                f"{len(self.stages)}"
-            )
-        drawn = sorted({curve for stage in self.stages[:n_stages] for curve in stage})
-        number = {curve: i for i, curve in enumerate(drawn)}
-        cycles = [
-            Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
-            for cycle in self.network.cycles
-            if all(curve in number for curve in cycle.curves)
-        ]
-        curves = tuple(self.network.curves[curve] for curve in drawn)
-        return CurveNetwork(curves, self.network.nodes, tuple(cycles))

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats
-from patterndb_sketch.surfacing.joining.meetings import Joins
-from patterndb_sketch.surfacing.joining.polylines import PackedCurves
-from patterndb_sketch.surfacing.joining.survey import Survey
+from patterndb_sketch.curvenetwork.meetings import Joins
+from patterndb_sketch.curvenetwork.polylines import PackedCurves
+from patterndb_sketch.curvenetwork.survey import Survey
 
 #: A meeting is a stretch in common if it is longer than so many tolerances on both curves.
 LONG = 2.0

@@ -2,10 +2,10 @@
 
 use patterndb_geometry::vector::{Point, min};
 
-use crate::joining::meetings::Edge;
+use crate::curvenetwork::meetings::Edge;
 
 /// A join at a closed curve's seam may be part of a meeting beyond it, within this share of it. NEAR_SEAM
-/// of `patterndb_sketch.surfacing.joining.survey` is the same.
+/// of `patterndb_sketch.curvenetwork.survey` is the same.
 const NEAR_SEAM: f64 = 0.2;
 
 /// Curves: their points, those of a curve in a row.
