@@ -19,10 +19,10 @@ from patterndb._native.surfacing.curvenetwork.meetings import (
 )
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sample_polyline
+from patterndb_sketch.curvenetwork import meetings
 from patterndb_sketch.curvenetwork.joining import (
     JoinedCurves,
     join_polylines,
-    meetings,
     network_of_polylines,
 )
 from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkError

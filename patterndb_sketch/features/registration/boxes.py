@@ -108,7 +108,7 @@ class BoxModel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 @cache
 def read_car() -> BoxModel:
     """Read the boxes of a car, which come with the package."""
-    data = files(__package__).joinpath("car.json").read_bytes()
+    data = files("patterndb_sketch.features.registration").joinpath("car.json").read_bytes()
     return msgspec.json.decode(data, type=BoxModel)
 
 
