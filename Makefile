@@ -92,12 +92,12 @@ test: $(DEV) $(CORE) page
 
 # The lowest releases that pyproject.toml promises, in an environment of their own, and tests of what
 # each of them is for.
-LOWEST_TESTS ?= tests/core tests/store/test_store_reading.py tests/store/test_store_rows.py \
-  tests/ingest/test_ingest_pipeline.py tests/ingest/test_ingest_cluster.py tests/read \
-  tests/query/test_query_boundary.py tests/query/test_query_stream.py tests/cli/test_cli_text.py \
-  tests/service/test_service_asking.py \
-  tests/sketch/test_retopo_counts_even.py tests/sketch/test_features_cut.py \
-  tests/viewer/test_viewer_browser_qt.py tests/viewer/test_viewer_pictures.py
+LOWEST_TESTS ?= tests/core tests/patterndb/store/test_reading.py tests/patterndb/store/test_rows.py \
+  tests/ingest/test_pipeline.py tests/ingest/test_cluster.py tests/read \
+  tests/query/test_boundary.py tests/query/listing/test_stream.py tests/patterndb_app/cli/test_text.py \
+  tests/patterndb_app/service/test_asking.py \
+  tests/patterndb_sketch/retopo/counts/test_even.py tests/patterndb_sketch/features/fishbone/test_cut.py \
+  tests/viewer/test_browser_qt.py tests/viewer/test_pictures.py
 
 lowest: $(DEV)
 	rm -rf build/lowest && $(PYTHON) -m venv build/lowest

@@ -34,7 +34,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 # The tests make the sessions and shape models that are damaged here.
-sys.path[:0] = [str(ROOT / "tests" / "sketch"), str(ROOT / "tests"), str(ROOT / "examples")]
+sys.path[:0] = [str(ROOT), str(ROOT / "examples")]
 
 from patterndb.errors import PatternDBError  # noqa: E402
 
@@ -106,27 +106,24 @@ def seed_feature_networks() -> list[bytes]:
 
 
 def seed_feature_sessions() -> list[bytes]:
-    from test_features_sessionfile import session
-
     from patterndb_sketch.features.sessionfile import session_bytes
+    from tests.patterndb_sketch.features.test_sessionfile import session
 
     return [session_bytes(session())]
 
 
 def seed_shapes() -> list[bytes]:
-    from test_features_sessionfile import shape_model
-
     from patterndb_sketch.features.files.shapearrays import shape_bytes
+    from tests.patterndb_sketch.features.test_sessionfile import shape_model
 
     return [shape_bytes(shape_model())]
 
 
 def seed_retopo_sessions() -> list[bytes]:
-    from editor_cases import drawn_grid
-    from retopo_cases import plane
-
     import patterndb
     from patterndb_sketch.retopo.sessionfile import RetopoSession, session_bytes
+    from tests.support.retopo.editors import drawn_grid
+    from tests.support.retopo.networks import plane
 
     with patterndb.open() as source:
         editor = drawn_grid(source)

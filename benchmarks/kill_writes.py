@@ -39,7 +39,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 # The tests draw what is saved here.
-sys.path[:0] = [str(ROOT / "tests" / "sketch"), str(ROOT / "tests")]
+sys.path.insert(0, str(ROOT))
 
 import patterndb  # noqa: E402
 from ingest import ingest  # noqa: E402
@@ -170,13 +170,12 @@ class Saving:
 
 def make_savings(folder: Path) -> dict[str, Saving]:
     """The ways to save networks and sessions, by name."""
-    from editor_cases import drawn_grid, line
-
     from patterndb_sketch.autosave import Autosave
     from patterndb_sketch.features import sessionfile as features
     from patterndb_sketch.retopo import sessionfile as retopo
     from patterndb_sketch.retopo.editor import Call, State
     from patterndb_sketch.surfacing import networkfile
+    from tests.support.retopo.editors import drawn_grid, line
 
     drawing = networkfile.read_drawing(ROOT / "examples" / "networks" / "teacup.json")
     stages = ((), (list(range(len(drawing.network.curves))),))

@@ -266,8 +266,8 @@ def wait_idle(running: Served) -> float:
 
 
 def measure_cases(cases: int, seed: int) -> None:
-    sys.path.insert(0, str(ROOT / "tests" / "service"))
-    from hostilecases import ask_cases
+    sys.path.insert(0, str(ROOT))
+    from tests.support.service.hostilecases import ask_cases
 
     with served() as running:
         described = running.ask("/openapi.json")

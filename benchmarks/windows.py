@@ -24,15 +24,15 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 # The tests open the same windows.
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "viewer" / "display")]
+sys.path.insert(0, str(ROOT))
 
 import numpy as np  # noqa: E402
 from PySide6.QtCore import QEvent, QPointF, Qt  # noqa: E402
 from PySide6.QtGui import QMouseEvent  # noqa: E402
 from PySide6.QtWidgets import QApplication  # noqa: E402
-from six_windows import MAKERS, make_features, make_retopo  # noqa: E402
 
 from benchmarks.retopo_response import SIDE, hills  # noqa: E402
+from tests.support.display.six_windows import MAKERS, make_features, make_retopo  # noqa: E402
 from viewer.shell.application import start_application  # noqa: E402
 from viewer.shell.settings import ShellSettings  # noqa: E402
 

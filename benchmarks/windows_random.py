@@ -26,7 +26,7 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 # The tests open the same windows on a display.
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "viewer" / "display")]
+sys.path.insert(0, str(ROOT))
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
 import numpy as np  # noqa: E402
@@ -44,9 +44,9 @@ from PySide6.QtWidgets import (  # noqa: E402
     QMessageBox,
     QSpinBox,
 )
-from six_windows import MAKERS  # noqa: E402
 
 from patterndb.errors import PatternDBError  # noqa: E402
+from tests.support.display.six_windows import MAKERS  # noqa: E402
 from viewer.shell.application import start_application  # noqa: E402
 from viewer.shell.settings import ShellSettings  # noqa: E402
 

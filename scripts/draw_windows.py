@@ -23,7 +23,7 @@ from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
 # The tests open the same windows.
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "viewer" / "display")]
+sys.path.insert(0, str(ROOT))
 
 #: A picture of more bytes is written once more with so many colours.
 LARGEST, COLOURS = 300_000, 256
@@ -60,8 +60,7 @@ def run_on_screen(folder: Path, size: str, windows: list[str]) -> None:
 
 def take_pictures(folder: Path, size: str, windows: list[str]) -> None:
     """Take the pictures of one size on the screen that there is."""
-    from six_windows import MAKERS
-
+    from tests.support.display.six_windows import MAKERS
     from viewer.shell.application import start_application
     from viewer.shell.docks import ThumbnailList
     from viewer.shell.settings import ShellSettings

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
-from shared import SHARED
 
 import patterndb
+from tests.support.shared import SHARED
 
 if TYPE_CHECKING:
     from query.engine import PatternSource
@@ -31,7 +31,7 @@ settings.load_profile("repeatable")
 
 #: How a test module names what lies in the shared folder.
 NEEDS_SHARED = re.compile(
-    r"\b(SHARED|GOLDEN|MESHES|oracle|query_cases|placing_cases|viewer_disks)\b"
+    r"\b(SHARED|GOLDEN|MESHES|oracle|support\.query\.(cases|placing)|support\.viewer\.disks)\b"
 )
 
 

@@ -5,7 +5,8 @@ of several samples, and comes with the cycles that are meant. Where nothing in t
 lid from an opening (the ends of a tube, the ground of a dome), the lid is ``optional``: found or
 not, it is right.
 
-tests/sketch/test_surfacing_clean.py asks some of them, benchmarks/surfacing/clean_cycles.py all.
+tests/patterndb_sketch/surfacing/cycles/test_clean.py asks some of them,
+benchmarks/surfacing/clean_cycles.py all.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 
 To add an order, write a function that measures a fill (see :data:`Measure`) and give it an entry in
 :data:`ORDERS`: a name, what comes first, and what it needs. Nothing else has to know of it, and
-tests/query/test_query_orders.py finds it. Two entries have no measure: "artist" and "regular" are
+tests/query/listing/test_orders.py finds it. Two entries have no measure: "artist" and "regular" are
 ranks that fits have before they are expanded (:mod:`query.listing.ranking`). All others sort the
 first fills of "artist" (``pool`` of :func:`query.fills`).
 

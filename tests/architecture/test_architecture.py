@@ -12,7 +12,8 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
-from shared import CHECKOUT
+
+from tests.support.shared import CHECKOUT
 
 PACKAGES = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
 

@@ -8,7 +8,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from shared import CHECKOUT
+
+from tests.support.shared import CHECKOUT
 
 NOTEBOOKS = sorted((CHECKOUT / "examples" / "notebooks").glob("*.ipynb"))
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from hands import Shown, end, open_display
+
+from tests.support.display.hands import Shown, end, open_display
 
 MISSING = [name for name in ("Xvfb", "openbox", "xdotool") if shutil.which(name) is None]
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from domed import DOME, opened
 
 from query.contour import make_flat_boundary
+from tests.support.viewer.domed import DOME, opened
 from viewer.camera import View
 from viewer.explorer_state import ExplorerState
 

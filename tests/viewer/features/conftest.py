@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from tents import opened, picked
 
+from tests.support.viewer.tents import opened, picked
 from viewer.features import FeatureState
 
 

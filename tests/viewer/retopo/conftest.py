@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator
 from threading import Event
 
 import pytest
-from sheets import opened
 
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.network import check_network
 from query.engine import PatternSource
+from tests.support.viewer.sheets import opened
 from viewer.retopo import RetopoState
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from shape_cases import opened
 
+from tests.support.viewer.shapes import opened
 from viewer.shapes import ShapesState
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from domes import Finder, growing_dome, opened
 
+from tests.support.viewer.domes import Finder, growing_dome, opened
 from viewer.surfacing.state import SurfacingState
 
 

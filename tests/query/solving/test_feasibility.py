@@ -1,0 +1,131 @@
+"""Which patterns of a class fit: against every pattern in every orientation by itself."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+
+from patterndb.core.pattern import Pattern
+from query import Boundary
+from query.ending import NEVER
+from query.listing.filters import Filters
+from query.listing.table import get_strict_table
+from query.solving import cpsat, feasibility
+from query.solving.batch import pose_question
+from query.solving.systems import Chords
+from tests.support.query.cases import (
+    KIND,
+    all_orientations,
+    brute_force,
+    grid_widths,
+    laid_corners,
+    laid_lengths,
+    small_class,
+    small_fills,
+    small_patterns,
+)
+
+
+def fits_somehow(pattern: Pattern, boundary: Boundary) -> bool:
+    """By the definition: lay the pattern down in all 2N ways, and try widths."""
+    chords = Chords.from_label(pattern.label)
+    n = pattern.n_sides
+    for rotation, mirror in all_orientations(n):
+        if laid_corners(pattern, rotation, mirror) != list(boundary.corner_counts):
+            continue
+        wanted = [0] * max(n, 1)
+        for i, length in enumerate(boundary.lengths):
+            wanted[(rotation - i if mirror else rotation + i) % max(n, 1)] = length
+        if brute_force(chords, wanted):
+            return True
+    return False
+
+
+def boundaries(n_sides: int, chance: random.Random, count: int, longest: int) -> list[Boundary]:
+    """Random ones, more than half of them made for some pattern, and some of these spoilt."""
+    found: list[Boundary] = []
+    patterns = [p for p in small_patterns() if p.n_sides == n_sides]
+    while len(found) < count:
+        lengths = [chance.randint(1, longest) for _ in range(max(n_sides, 1))]
+        corners = None if n_sides else ()
+        if chance.random() < 0.6:
+            of = chance.choice(patterns)
+            turn, mirror = chance.choice(all_orientations(n_sides))
+            widths = grid_widths(chance, of, 2).tolist()
+            lengths = laid_lengths(of, widths, turn, mirror)
+            corners = [KIND[k] for k in laid_corners(of, turn, mirror)]
+            if n_sides > 1 and chance.random() < 0.5:
+                for _ in range(2):
+                    lengths[chance.randrange(n_sides)] += 1
+        if sum(lengths) % 2 == 0 and sum(lengths) >= 4:
+            found.append(Boundary(lengths, corners))
+    return found
+
+
+@pytest.mark.parametrize("n_sides", range(0, 11))
+def test_the_class_answers_as_its_patterns_would(n_sides: int) -> None:
+    patterns = small_class(n_sides)
+    chance = random.Random(n_sides)
+    some = 0
+    for boundary in boundaries(n_sides, chance, 12, 5):
+        rows = Filters().rows(patterns, boundary)
+        fit = set(feasibility.find_feasible_rows(patterns, boundary, rows, threads=1).tolist())
+        tried = rows.tolist() if len(rows) < 60 else chance.sample(rows.tolist(), 60)
+        for row in tried:
+            assert (row in fit) == fits_somehow(patterns.pattern(row), boundary)
+        some += len(fit)
+    assert some
+
+
+@pytest.mark.parametrize("n_sides", [2, 3, 4, 5])
+def test_cpsat_answers_the_same(n_sides: int) -> None:
+    patterns = small_class(n_sides)
+    for boundary in boundaries(n_sides, random.Random(n_sides), 5, 7):
+        table = get_strict_table(patterns)
+        entries = table.entries(boundary, np.ones(len(patterns), np.bool_))
+        kernel = table.feasible(entries, boundary, np.zeros(1, np.uint8), None)
+        question = pose_question(boundary, (), 0)
+        other = cpsat.keep_carriers(table.labels, entries.row, entries.allowed, question, NEVER)
+        assert other.tolist() == kernel.tolist()
+
+
+@pytest.mark.parametrize("threads", [2, 3, 8])
+def test_the_answer_does_not_depend_on_threads(
+    threads: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 7)
+    for n_sides in (5, 8):
+        patterns = small_class(n_sides)
+        for boundary in boundaries(n_sides, random.Random(0), 6, 6):
+            rows = Filters().rows(patterns, boundary)
+            one = feasibility.find_feasible_rows(patterns, boundary, rows, threads=1)
+            more = feasibility.find_feasible_rows(patterns, boundary, rows, threads=threads)
+            assert one.tolist() == more.tolist()
+
+
+def test_every_small_disk_makes_its_own_pattern_fit() -> None:
+    """Codes aside: whatever fills a boundary, its pattern is among those that fit."""
+    for boundary in random.Random(3).sample(sorted(small_fills(), key=repr), 300):
+        patterns = small_class(boundary.n_sides)
+        rows = Filters().rows(patterns, boundary)
+        assert len(feasibility.find_feasible_rows(patterns, boundary, rows)) > 0
+
+
+def test_filters_bound_number_and_valence() -> None:
+    patterns = small_class(3)
+    boundary = Boundary((4, 4, 4))
+    every = Filters().rows(patterns, boundary)
+    assert (patterns.n_reflex[every] == 0).all()
+    for most in range(5):
+        rows = Filters(max_irregular=most).rows(patterns, boundary)
+        assert rows.tolist() == [r for r in every if patterns.n_irregular[r] <= most]
+    for valence in [(3, 5), (3, 3), (5, 5), (4, 4), (5, 9)]:
+        rows = Filters(valence=valence).rows(patterns, boundary)
+        assert rows.tolist() == [
+            r
+            for r in every.tolist()
+            if all(valence[0] <= v <= valence[1] for v in patterns.pattern(r).valences)
+        ]
+    assert len(every) > 3

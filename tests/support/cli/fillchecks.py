@@ -1,0 +1,106 @@
+"""What the quads of a fill's JSON say of it, read by plain Python that shares nothing with ours."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise, permutations
+from typing import Any
+
+from tests.support.reference.code import Code, rooted_code
+from tests.support.reference.halfedge import twins
+
+#: (side, edge), both from 0.
+Place = tuple[int, int]
+
+#: Quads or sides that may be looked up.
+Frozen = tuple[tuple[int, ...], ...]
+
+QUADS_AT = {"convex": 1, "reflex": 3}
+
+
+def irregular(fill: dict[str, Any], corners: Sequence[str]) -> tuple[int, int]:
+    """Irregular vertices within and on the boundary; without corners it is one closed side."""
+    count = Counter(v for quad in fill["quads"] for v in quad)
+    border = {v for side in fill["sides"] for v in side}
+    asked = dict.fromkeys(border, 2)
+    for side, kind in zip(fill["sides"], corners, strict=False):
+        asked[side[0]] = QUADS_AT[kind]
+    within = sum(n != 4 for v, n in count.items() if v not in border)
+    return within, sum(count[v] != n for v, n in asked.items())
+
+
+def inner_valences(fill: dict[str, Any]) -> set[int]:
+    """Of the irregular vertices within."""
+    count = Counter(v for quad in fill["quads"] for v in quad)
+    border = {v for side in fill["sides"] for v in side}
+    return {n for v, n in count.items() if v not in border} - {4}
+
+
+def code(fill: dict[str, Any]) -> Code:
+    """Read from the first edge of the first side: equal exactly for equal fills."""
+    return _code(_frozen(fill["quads"]), fill["sides"][0][0])
+
+
+@cache
+def _code(quads: Frozen, first: int) -> Code:
+    twin = twins([list(quad) for quad in quads])
+    (start,) = (h for h, t in enumerate(twin) if t < 0 and quads[h // 4][h % 4] == first)
+    return rooted_code(twin, start)
+
+
+def strands(fill: dict[str, Any]) -> tuple[list[tuple[Place, Place]], int]:
+    """The ends of the strands that have some, and how many run in loops."""
+    return _strands(_frozen(fill["quads"]), _frozen(fill["sides"]))
+
+
+@cache
+def _strands(quads: Frozen, sides: Frozen) -> tuple[list[tuple[Place, Place]], int]:
+    across: dict[tuple[int, int], tuple[int, int]] = {}
+    for a, b, c, d in quads:
+        # Who enters a quad over an edge leaves it over the opposite one, into the next quad.
+        across |= {(a, b): (d, c), (b, c): (a, d), (c, d): (b, a), (d, a): (c, b)}
+    place = {edge: (s, i) for s, side in enumerate(sides) for i, edge in enumerate(pairwise(side))}
+    passed: set[tuple[int, int]] = set()
+    ends: list[tuple[Place, Place]] = []
+    for edge, at in place.items():
+        over = edge
+        while over in across:
+            passed |= {over, over[::-1]}
+            over = across[over]
+        passed |= {over, over[::-1]}
+        other = place[over[::-1]]
+        if at <= other:
+            ends.append((at, other))
+    loops = 0
+    for edge in across:
+        loops += edge not in passed
+        over = edge
+        while over not in passed:
+            passed |= {over, over[::-1]}
+            over = across[over]
+    return ends, loops
+
+
+def _frozen(rows: list[list[int]]) -> Frozen:
+    return tuple(map(tuple, rows))
+
+
+def off(fill: dict[str, Any], strokes: Sequence[tuple[Place, Place]], tolerance: int) -> int | None:
+    """The least number of edges by which strands, one for each stroke, miss their ends."""
+    sums: list[int] = []
+    for chosen in permutations(strands(fill)[0], len(strokes)):
+        missed = [_missed(*pair, tolerance) for pair in zip(chosen, strokes, strict=True)]
+        sums += [sum(m for m in missed if m is not None)] if None not in missed else []
+    return min(sums, default=None)
+
+
+def _missed(strand: tuple[Place, Place], stroke: tuple[Place, Place], tolerance: int) -> int | None:
+    found: list[int] = []
+    for near, far in (stroke, stroke[::-1]):
+        (a, i), (b, j) = near, far
+        (s, k), (t, m) = strand
+        if (a, b) == (s, t) and max(abs(i - k), abs(j - m)) <= tolerance:
+            found.append(abs(i - k) + abs(j - m))
+    return min(found, default=None)
