@@ -60,10 +60,10 @@ STUCK_SECONDS = 300.0
 #: Seconds until a process has started and has asked the sound ones.
 START_SECONDS = 180.0
 
-TABLES = ("mesh", "pattern", "occurrence", "usage", "tally", "signature", "handedness")
+TABLES = ("mesh", "pattern", "occurrence", "usage")
 
 #: Of tables without row ids.
-KEYS = {"occurrence": "pattern_id, mesh_id", "tally": "n_sides, n_irregular, chiral"}
+KEYS = {"occurrence": "pattern_id, mesh_id"}
 VALUES = (
     "NULL",
     "0",
@@ -93,14 +93,14 @@ TAMPERING = (
     "DROP TABLE usage; CREATE VIEW usage AS WITH RECURSIVE n(pattern_id) AS "
     "(SELECT 1 UNION ALL SELECT pattern_id FROM n) SELECT pattern_id, 1 AS uses, 'x' AS origin "
     "FROM n",
-    "DROP TRIGGER occurrence_added",
+    "DROP VIEW counted_pattern",
     "DROP INDEX occurrence_mesh",
     "DROP TABLE occurrence",
     "ALTER TABLE mesh ADD COLUMN colour TEXT",
     "ALTER TABLE mesh RENAME COLUMN name TO title",
     "PRAGMA user_version = -7",
     "PRAGMA user_version = 2147483647",
-    "PRAGMA user_version = 1",
+    "PRAGMA user_version = 7",
     "PRAGMA application_id = 7",
     "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'nonsense' WHERE name = 'mesh'",
     "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET rootpage = 2 WHERE name = 'pattern'",
@@ -181,17 +181,14 @@ def _set_schema(connection: sqlite3.Connection, name: str, sql: str) -> None:
 
 
 def _restore_schema(path: Path) -> None:
-    from patterndb.store.migrations import schema
+    from patterndb.store.connection import read_schema
 
     with closing(sqlite3.connect(":memory:")) as fresh:
-        fresh.executescript(schema())
+        fresh.executescript(read_schema())
         whole = fresh.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
     with closing(sqlite3.connect(path, isolation_level=None)) as connection:
         for kind, name, sql in whole:
-            if kind == "trigger":
-                connection.execute(f"DROP TRIGGER IF EXISTS {name}")
-                connection.execute(sql)
-            elif kind == "table":
+            if kind == "table":
                 _set_schema(connection, name, sql)
 
 

@@ -2,7 +2,7 @@
 
     python benchmarks/kill_writes.py --kills 200 --seed 1
 
-What benchmarks/kills.py does for ingest, for merge, remove, import of a table, migration, the
+What benchmarks/kills.py does for ingest, for merge, remove, import of a table, the
 recording of uses, and sessions. Each run copies a sound file, writes to it in a process of its own,
 and ends that by SIGKILL at a random moment of the time that the write takes.
 
@@ -26,13 +26,11 @@ import os
 import random
 import shutil
 import signal
-import sqlite3
 import sys
 import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
-from contextlib import closing
 from dataclasses import dataclass
 from multiprocessing.process import BaseProcess
 from pathlib import Path
@@ -43,9 +41,7 @@ sys.path.insert(0, str(ROOT))
 
 import patterndb  # noqa: E402
 from ingest import ingest  # noqa: E402
-from patterndb.core.shortcode import lengthen  # noqa: E402
 from patterndb.store import Database, LearningOptions, read_table  # noqa: E402
-from patterndb.store.migrations import DROPPED, SCHEMA_VERSION  # noqa: E402
 from patterndb.system.files import UNFINISHED  # noqa: E402
 
 EXAMPLES = sorted((ROOT / "examples").glob("*.obj"))
@@ -73,10 +69,6 @@ def import_table(path: Path, folder: Path) -> None:
         db.import_ddq(read_table(folder / "table.db"))
 
 
-def migrate(path: Path, folder: Path) -> None:
-    Database(path, "write").close()
-
-
 def record_uses(path: Path, folder: Path) -> None:
     with Database(path, "write") as db:
         pattern = db.pattern_class(4).pattern(0)
@@ -89,7 +81,6 @@ WAYS: dict[str, Callable[[Path, Path], None]] = {
     "merge": merge,
     "remove": remove,
     "import": import_table,
-    "migration": migrate,
     "uses": record_uses,
 }
 
@@ -101,31 +92,12 @@ FORK = multiprocessing.get_context("fork")
 
 
 def make_sound(folder: Path) -> None:
-    """Write what the ways begin with: sound.db, other.db, table.db, and old.db of schema 2."""
+    """Write what the ways begin with: sound.db, other.db and table.db."""
     with Database(folder / "sound.db", "create") as db:
         ingest(db, EXAMPLES[:2], OPTIONS, jobs=1)
     with Database(folder / "other.db", "create") as db:
         ingest(db, EXAMPLES[2:4], OPTIONS, jobs=1)
         db.export_ddq(folder / "table.db")
-    shutil.copy(folder / "sound.db", folder / "old.db")
-    with closing(sqlite3.connect(folder / "old.db")) as held:
-        held.executescript(
-            "DROP TABLE tally; DROP TABLE signature; DROP TABLE handedness; "
-            "DROP TABLE checksum; PRAGMA user_version = 2;"
-        )
-        # Of steps 6 and 5, the last first.
-        for column in ("occurrence_sum", "patterns_left_out", "pattern_limit"):
-            held.execute(f"ALTER TABLE mesh DROP COLUMN {column}")
-        # What step 4 drops, which may be anything, and packed codes.
-        for column in DROPPED:
-            held.execute(f"ALTER TABLE pattern ADD COLUMN {column} BLOB NOT NULL DEFAULT x''")
-        rows = held.execute("SELECT id, code FROM pattern").fetchall()
-        codes = lengthen([short for _, short in rows])
-        held.executemany(
-            "UPDATE pattern SET code = ? WHERE id = ?",
-            [(code, number) for (number, _), code in zip(rows, codes, strict=True)],
-        )
-        held.commit()
 
 
 def tell_content(path: Path) -> tuple[object, ...]:
@@ -134,15 +106,8 @@ def tell_content(path: Path) -> tuple[object, ...]:
         return db.content_hash(), tuple(sorted(db.uses().items()))
 
 
-def find_faults(path: Path, allowed: set[object], old: bool) -> list[str]:
+def find_faults(path: Path, allowed: set[object]) -> list[str]:
     """What is wrong with a database after a kill."""
-    if old:
-        # Before the migration it is refused to readers; what is there is brought up to date.
-        with closing(sqlite3.connect(path)) as held:
-            (version,) = held.execute("PRAGMA user_version").fetchone()
-        if version not in range(2, SCHEMA_VERSION + 1):
-            return [f"it has schema {version}"]
-        Database(path, "write").close()
     try:
         held_content = tell_content(path)
         with Database(path) as db:
@@ -274,7 +239,7 @@ class DatabaseKills:
         if ways:
             make_sound(folder)
         for way in ways:
-            shutil.copy(self._source(way), self.path)
+            shutil.copy(self.folder / "sound.db", self.path)
             before = tell_content(folder / "sound.db")
             # The first time loads modules, which the forks then have.
             WAYS[way](self.path, folder)
@@ -288,11 +253,8 @@ class DatabaseKills:
             process.join()
             self.seconds[way] = time.perf_counter() - begin
 
-    def _source(self, way: str) -> Path:
-        return self.folder / ("old.db" if way == "migration" else "sound.db")
-
     def start(self, way: str) -> BaseProcess:
-        shutil.copy(self._source(way), self.path)
+        shutil.copy(self.folder / "sound.db", self.path)
         process = FORK.Process(target=WAYS[way], args=(self.path, self.folder))
         process.start()
         return process
@@ -300,7 +262,7 @@ class DatabaseKills:
     def judge(self, way: str) -> list[str]:
         journal = self.path.with_name(self.path.name + "-journal")
         self.left += journal.exists() and journal.stat().st_size > 0
-        found = find_faults(self.path, self.allowed[way], way == "migration")
+        found = find_faults(self.path, self.allowed[way])
         for left in self.folder.glob("killed.db*"):
             left.unlink()
         return found

@@ -411,7 +411,7 @@ class _Run:
         wanted = self._provenance_of(w, here.provenance)
         w.outcome = "unchanged"
         if wanted != here.provenance:
-            self.database.set_provenance(w.sha256, here.name, wanted)
+            self.database.update_provenance(w.sha256, here.name, wanted)
             w.outcome = "updated"
         self.done_bytes += w.size
         self._report(

@@ -1,9 +1,9 @@
 """Keep patterns, meshes and occurrences in one SQLite file (schema.sql).
 
-Read in this order: records (what goes in and comes out), migrations and connection (the file),
-reading, tallies and writing, contents (hash and check), statistics, contentkey with classcache
-(what is kept in the cache folder), compact and starter (the shipped database), ddqkey and ddq
-(tables of the paper's authors), database (all of it as one object), union (several as one).
+Read in this order: records (what goes in and comes out, rows and columns), connection (the file
+and its schema), reading, writing, classes (a class as arrays, its cache and its block),
+verification and recovery, compact and starter (the shipped database), ddqkey and ddq (tables of the
+paper's authors), database (all of it as one object), union (several as one).
 """
 
 from patterndb.store.database import Database
@@ -16,7 +16,7 @@ from patterndb.store.records import (
     Provenance,
     Statistics,
 )
-from patterndb.store.union import DatabaseUnion, PatternHolder
+from patterndb.store.union import DatabaseUnion, MemberOccurrence
 
 __all__ = [
     "Database",
@@ -24,10 +24,10 @@ __all__ = [
     "Exported",
     "Learned",
     "LearningOptions",
+    "MemberOccurrence",
     "Mesh",
     "Occurrence",
     "PatchTable",
-    "PatternHolder",
     "Provenance",
     "RefusedRow",
     "Statistics",

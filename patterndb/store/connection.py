@@ -1,4 +1,9 @@
-"""The one way to a database file: connect(), and atomic() to change it."""
+"""The one way to a database file: connect(), which makes and checks it, and atomic() to change it.
+
+``schema.sql`` is the schema and the only place where it stands. What stands in a file's schema is
+run: a trigger or a view planted in a database would act whenever it is read or written. So a file
+with another schema than schema.sql is rejected.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +12,17 @@ import re
 import sqlite3
 import time
 from collections.abc import Generator
-from functools import partial
+from functools import cache, partial
+from importlib.resources import files
 from pathlib import Path
 from typing import Literal
 from urllib.parse import quote
 
 from patterndb.errors import DatabaseError, TimeLimitError
-from patterndb.store.migrations import APPLICATION_ID, SCHEMA_VERSION, create, migrate
-from patterndb.store.schemacheck import find_schema_change
 from patterndb.system.deadline import is_late
+
+APPLICATION_ID = 0x50617444
+SCHEMA_VERSION = 1
 
 Mode = Literal["read", "write", "create"]
 
@@ -30,8 +37,6 @@ CACHE_KIB = 65536
 LARGEST_VALUE = 256 << 20
 #: Bytes of the longest statement; those of schema.sql have a fiftieth.
 LONGEST_STATEMENT = 100_000
-#: Our triggers start no others.
-TRIGGER_DEPTH = 2
 #: Steps of SQLite's machine between two looks at the clock and at Ctrl-C: some milliseconds.
 STEPS_BETWEEN_LOOKS = 100_000
 #: While SQLite reads the schema, and the statistics that ANALYZE left, it computes what a column
@@ -47,12 +52,12 @@ def connect(
 ) -> sqlite3.Connection:
     """Open the database at ``path`` with every pragma set.
 
-    read: it must exist. write: it must exist, and is brought to the present schema.
-    create: as write, and made if there is no file (or an empty one). immutable: nobody
-    writes to the file while it is open (a database shipped with a program).
+    read, write: it must exist. create: as write, and made if there is no file (or an empty
+    one). immutable: nobody writes to the file while it is open (a database shipped with a
+    program).
 
-    Raises DatabaseError if the file is not a pattern database, was made by a newer
-    version, is damaged, or cannot be opened so.
+    Raises DatabaseError if the file is not a pattern database, has another version of the
+    schema, is damaged, or cannot be opened so.
     """
     path = Path(path)
     if re.match(r"[A-Za-z][\w+.-]+:[/\\]", str(path)) and not path.exists():
@@ -68,7 +73,7 @@ def connect(
         )
     if path.exists() and not path.is_file():
         # Opening a pipe would wait for ever for someone to write to it.
-        raise DatabaseError(f"{path} is no file, but a pipe or a device; name a database file")
+        raise DatabaseError(f"{path} is not a file, but a pipe or a device; name a database file")
     if mode == "create" and not path.parent.exists():
         raise DatabaseError(f"there is no folder {path.parent} to make {path.name} in")
     uri = (
@@ -94,16 +99,16 @@ def connect(
 
 
 def connect_unchecked(path: Path) -> sqlite3.Connection:
-    """Open a database for reading whatever stands in it: for who saves what is left of one.
+    """Open a database for reading whatever stands in it, to recover what can be read of it.
 
-    Texts that are none are read with signs of replacement. Raises DatabaseError if there is no
+    Bytes that are not UTF-8 are read with signs of replacement. Raises DatabaseError if there is no
     file, or it cannot be opened.
     """
     if not path.is_file():
         raise DatabaseError(f"there is no database at {path}")
     connection = _open(f"file:{quote(str(path.absolute()))}?mode=ro", path)
     try:
-        # What else is wrong with it, whoever reads is told.
+        # What else is wrong with it shows when it is read.
         with contextlib.suppress(sqlite3.Error, UnicodeDecodeError):
             _load_schema(connection, path)
     except BaseException:
@@ -162,7 +167,7 @@ def _harden(connection: sqlite3.Connection) -> None:
     connection.execute("PRAGMA cell_size_check = ON")
     connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_VALUE)
     connection.setlimit(sqlite3.SQLITE_LIMIT_SQL_LENGTH, LONGEST_STATEMENT)
-    connection.setlimit(sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH, TRIGGER_DEPTH)
+    connection.setlimit(sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH, 1)  # there are none
     # Python 3.12 and later.
     setconfig = getattr(connection, "setconfig", None)
     if setconfig is not None:
@@ -184,7 +189,7 @@ def _load_schema(connection: sqlite3.Connection, path: Path) -> None:
     except sqlite3.OperationalError as error:
         if error.sqlite_errorcode == sqlite3.SQLITE_INTERRUPT and time.monotonic() > until:
             raise DatabaseError(
-                f"{path} is no pattern database, or damaged: reading its schema takes more than "
+                f"{path} is not a pattern database, or damaged: reading its schema takes more than "
                 f"{SECONDS_FOR_SCHEMA:g} s"
             ) from error
         raise
@@ -207,7 +212,8 @@ def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
     tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
     if mode == "create" and application == 0 and version == 0 and tables == 0:
         try:
-            create(connection)
+            # A crash on the way leaves an empty file.
+            connection.executescript(f"BEGIN IMMEDIATE;\n{read_schema()}\nCOMMIT;")
         except sqlite3.OperationalError:
             # Another process may have made it since we looked.
             if connection.in_transaction:
@@ -222,34 +228,73 @@ def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
         )
     if application != APPLICATION_ID:
         raise DatabaseError(f"{path} is an SQLite file of another kind, not a pattern database")
-    if version > SCHEMA_VERSION:
+    if version != SCHEMA_VERSION:
         raise DatabaseError(
-            f"{path} was made by a newer patterndb (schema {version}, this one knows "
-            f"{SCHEMA_VERSION}); upgrade patterndb"
+            f"{path} has version {version} of the schema, and this patterndb reads only version "
+            f"{SCHEMA_VERSION}; learn its meshes again: 'patterndb ingest MESH... --db NEW.db'"
         )
-    if version < 1:
-        raise DatabaseError(
-            f"{path} says that it has schema {version}, which never was (there are 1 to "
-            f"{SCHEMA_VERSION}); it is damaged, or was made by another program"
-        )
-    _check_schema(connection, path, version)
-    if version < SCHEMA_VERSION:
-        if mode == "read":
-            raise DatabaseError(
-                f"{path} has schema {version}; open it once for writing ('patterndb verify "
-                f"--migrate --db {path}') to bring it to {SCHEMA_VERSION}"
-            )
-        migrate(connection)
-        _check_schema(connection, path, SCHEMA_VERSION)
-
-
-def _check_schema(connection: sqlite3.Connection, path: Path, version: int) -> None:
-    change = find_schema_change(connection, version)
+    change = _find_schema_change(connection)
     if change is not None:
         raise DatabaseError(
             f"{path} has another schema than a pattern database: {change}. It was changed by "
-            "another program, or is damaged; restore it from a copy, or ingest its meshes anew"
+            "another program, or is damaged; restore it from a copy, or learn its meshes again"
         )
+
+
+def read_schema() -> str:
+    """Return the text of schema.sql, from the installed package or from the checkout."""
+    packaged = files("patterndb") / "schema.sql"
+    if packaged.is_file():
+        return packaged.read_text(encoding="utf-8")
+    return (Path(__file__).parents[2] / "schema.sql").read_text(encoding="utf-8")
+
+
+#: What ANALYZE makes: tables of SQLite's own, by which it plans.
+_OF_SQLITE = {
+    "sqlite_stat1": "CREATE TABLE sqlite_stat1(tbl,idx,stat)",
+    "sqlite_stat4": "CREATE TABLE sqlite_stat4(tbl,idx,neq,nlt,ndlt,sample)",
+}
+
+_TOKEN = re.compile(r"--[^\n]*|/\*.*?\*/|'(?:[^']|'')*'|\w+|\s+|.", re.DOTALL)
+
+#: Entries of a schema that are read: ours has a tenth, and one too many is named.
+_MOST_OBJECTS = 100
+
+
+def _find_schema_change(connection: sqlite3.Connection) -> str | None:
+    """Find what in a file's schema is not as in schema.sql, in words; None where all is."""
+    expected = _list_expected()
+    found: set[str] = set()
+    rows = connection.execute("SELECT type, name, tbl_name, sql FROM sqlite_schema")
+    for kind, name, table, sql in rows.fetchmany(_MOST_OBJECTS):
+        if any(not isinstance(x, str) for x in (kind, name, table)) or name in found:
+            return "an entry of its schema is damaged"
+        if kind == "table" and _OF_SQLITE.get(name) == sql:
+            continue
+        if name not in expected or expected[name][0] != kind:
+            return f"it has a {kind} {name!r} that patterndb does not make"
+        if expected[name] != (kind, table, _strip_comments(sql)):
+            return f"its {kind} {name!r} is not as patterndb makes it"
+        found.add(name)
+    for name, (kind, _, _) in expected.items():
+        if name not in found:
+            return f"it lacks the {kind} {name!r}"
+    return None
+
+
+@cache
+def _list_expected() -> dict[str, tuple[str, str, str]]:
+    """Kind, table and statement of all that schema.sql makes, by name."""
+    with contextlib.closing(sqlite3.connect(":memory:")) as fresh:
+        fresh.executescript(read_schema())
+        rows = fresh.execute("SELECT name, type, tbl_name, sql FROM sqlite_schema").fetchall()
+    return {name: (kind, table, _strip_comments(sql)) for name, kind, table, sql in rows}
+
+
+def _strip_comments(sql: object) -> str:
+    """A statement without comments and with single spaces: those of schema.sql may change."""
+    tokens = _TOKEN.findall(str(sql or ""))  # SQLite's own indices have none
+    return " ".join(t for t in tokens if not t.isspace() and not t.startswith(("--", "/*")))
 
 
 @contextlib.contextmanager
@@ -285,14 +330,14 @@ def explained(path: Path, doing: Doing = "reading") -> Generator[None]:
     except sqlite3.IntegrityError as error:
         # Nothing that is written breaks a rule of the schema, unless what stands there does.
         raise DatabaseError(
-            f"{path} is damaged: it cannot be changed so ({error}); 'patterndb verify' tells what "
-            "is wrong"
+            f"{path} is damaged: it cannot be changed so ({error}); 'patterndb verify' reports "
+            "what is wrong"
         ) from error
     except UnicodeDecodeError as error:
-        # SQLite's message quotes the file, where that is no text.
+        # SQLite's message quotes the file, where that is not text.
         raise DatabaseError(
-            f"{path} is damaged (its schema is no text); restore it from a copy, or ingest its "
-            "meshes anew"
+            f"{path} is damaged (its schema is not text); restore it from a copy, or learn its "
+            "meshes again"
         ) from error
     except sqlite3.DatabaseError as error:
         text = str(error)
@@ -305,7 +350,7 @@ def explained(path: Path, doing: Doing = "reading") -> Generator[None]:
             # Nothing else interrupts: what Ctrl-C raised within SQLite's call is lost there.
             raise KeyboardInterrupt from error
         if is_half_written(error):
-            why = f"a write to {path} was broken off; open it anew, which takes that back"
+            why = f"a write to {path} was broken off; open it again, which takes that back"
         elif "not a database" in text:
             why = f"{path} is not an SQLite file"
         elif "locked" in text or "busy" in text:
@@ -323,7 +368,7 @@ def explained(path: Path, doing: Doing = "reading") -> Generator[None]:
         elif "full" in text:
             why = f"no space left to write {path}; only what was there before is kept"
         elif "malformed" in text or "corrupt" in text:
-            why = f"{path} is damaged ({text}); restore it from a copy, or ingest its meshes anew"
+            why = f"{path} is damaged ({text}); restore it from a copy, or learn its meshes again"
         else:
             why = f"{path}: {text}"
         raise DatabaseError(why) from error

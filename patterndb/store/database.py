@@ -17,7 +17,7 @@ from patterndb.core.code import Code
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.store import classcache, compact, contents, ddq, reading, statistics, writing
+from patterndb.store import classes, compact, ddq, reading, verification, writing
 from patterndb.store.connection import (
     Mode,
     atomic,
@@ -95,15 +95,19 @@ class Database:
 
     def statistics(self) -> Statistics:
         """Counts over the whole database, with its content hash."""
-        return self._ask(statistics.read_statistics)
+        return self._ask(reading.read_statistics)
 
     def sides_histogram(self) -> dict[int, int]:
         """Number of patterns by number of sides."""
-        return self._ask(statistics.count_by_sides)
+        return self._ask(reading.count_by_sides)
+
+    def sides(self) -> list[int]:
+        """Numbers of sides of which there are patterns, ascending; found without counting them."""
+        return self._ask(reading.list_sides)
 
     def content_hash(self) -> str:
         """Hash of everything learned; equal for databases that learned the same."""
-        return self._ask(contents.hash_content)
+        return self._ask(reading.hash_content)
 
     def meshes(self) -> list[Mesh]:
         """All meshes, by name."""
@@ -129,7 +133,7 @@ class Database:
         """All patterns of ``n_sides`` sides, in default order.
 
         Loaded once, and again after another program has written to the file. A large class is
-        kept in the user's cache folder (:mod:`patterndb.store.classcache`), and shares its memory
+        kept in the user's cache folder (:mod:`patterndb.store.classes`), and shares its memory
         with other processes.
         """
         with self._lock:
@@ -139,7 +143,7 @@ class Database:
                 self._classes.clear()
                 self._seen_version = version
             if n_sides not in self._classes:
-                self._classes[n_sides] = self._ask(classcache.read_class, self.path, n_sides)
+                self._classes[n_sides] = self._ask(classes.read_class, self.path, n_sides)
             return self._classes[n_sides]
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -180,7 +184,7 @@ class Database:
     def verify(self) -> list[str]:
         """Everything that is wrong with the database, in words."""
         with self._lock:
-            return contents.verify(self._connection)
+            return verification.verify(self._connection)
 
     def _refuse_unsound(self) -> None:
         """Raise DatabaseError where anything is wrong that would go into another database."""
@@ -229,7 +233,7 @@ class Database:
             except (ValueError, IndexError, KeyError, TypeError, OverflowError) as error:
                 # What stands in the file is not of its column's type or range, or is missing.
                 raise DatabaseError(
-                    f"{self.path} is damaged ({error}); 'patterndb verify' tells what is wrong"
+                    f"{self.path} is damaged ({error}); 'patterndb verify' reports what is wrong"
                 ) from error
 
     # Changing
@@ -251,7 +255,22 @@ class Database:
             old = connection.execute("SELECT id FROM mesh WHERE sha256 = ?", (digest,)).fetchall()
             if old:
                 writing.remove_meshes(connection, [row[0] for row in old])
-            return writing.add_mesh(connection, name, digest, provenance, options, learned)
+            mesh = Mesh(
+                name,
+                sha256,
+                provenance,
+                options,
+                quads_read=learned.quads_read,
+                quads_used=learned.quads_used,
+                basic=learned.basic,
+                side=learned.side,
+                convex=learned.convex,
+                distinct=learned.distinct,
+                patterns=len(learned.codes),
+                origin=learned.origin,
+                left_out=learned.left_out,
+            )
+            return writing.add_mesh(connection, mesh, learned)
 
     def import_ddq(
         self, table: ddq.PatchTable, provenance: Provenance | None = None
@@ -263,31 +282,31 @@ class Database:
         ("imported", "unchanged", or "updated": it was there, and only what is said of where it
         comes from changed) and how many patterns are new.
         """
-        said = provenance or Provenance()
+        given = provenance or Provenance()
         held = self.find_mesh(table.sha256)
         if held is None:
             new = self.add_mesh(
-                table.name, table.sha256, said, LearningOptions.none(), table.learned
+                table.name, table.sha256, given, LearningOptions.none(), table.learned
             )
             return "imported", new
-        return self.say_of(held, said), 0
+        return self.complete_provenance(held, given), 0
 
-    def say_of(self, held: Mesh, said: Provenance) -> Outcome:
-        """Change what is known of a mesh to what is said, where something is; return
-        "updated", or "unchanged" where it is known already."""
+    def complete_provenance(self, held: Mesh, given: Provenance) -> Outcome:
+        """Change the provenance of a mesh to what is given, where something is; return
+        "updated", or "unchanged" where nothing differs."""
         old = held.provenance
         wanted = Provenance(
-            said.author or old.author, said.source or old.source, said.licence or old.licence
+            given.author or old.author, given.source or old.source, given.licence or old.licence
         )
         if wanted == old:
             return "unchanged"
-        self.set_provenance(held.sha256, held.name, wanted)
+        self.update_provenance(held.sha256, held.name, wanted)
         return "updated"
 
-    def set_provenance(self, sha256: str, name: str, provenance: Provenance) -> None:
-        """Change the name of a mesh and what is said of where it comes from."""
+    def update_provenance(self, sha256: str, name: str, provenance: Provenance) -> None:
+        """Change the name of a mesh and where it comes from."""
         with self._change() as connection:
-            writing.set_provenance(connection, bytes.fromhex(sha256), name, provenance)
+            writing.update_provenance(connection, bytes.fromhex(sha256), name, provenance)
 
     def record_use(self, pattern: Pattern | Code, count: int = 1) -> int:
         """Record that ``count`` fills of the pattern were accepted; return its uses so far.
@@ -348,7 +367,7 @@ class Database:
                 return writing.merge_database(connection, other._connection)
             except InvalidCodeError as error:
                 raise DatabaseError(
-                    f"{other.path} is damaged ({error}); 'patterndb verify' tells what is wrong"
+                    f"{other.path} is damaged ({error}); 'patterndb verify' reports what is wrong"
                 ) from error
 
     @contextmanager

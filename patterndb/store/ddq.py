@@ -24,8 +24,7 @@ from patterndb.core.reduction import reduce_disk
 from patterndb.core.shortcode import restore
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.store import ddqkey
-from patterndb.store.connection import atomic, explained
-from patterndb.store.migrations import APPLICATION_ID
+from patterndb.store.connection import APPLICATION_ID, atomic, explained
 from patterndb.store.records import Learned
 from patterndb.system.files import open_regular, write_beside
 
@@ -309,7 +308,8 @@ def write_table(
     if not path.absolute().parent.is_dir():
         raise DatabaseError(f"there is no folder {path.parent} to make {path.name} in")
     total, largest = connection.execute(
-        "SELECT count(*), max(n_quads) FROM pattern WHERE frequency > 0"
+        "SELECT count(*), max(n_quads) FROM pattern "
+        "WHERE EXISTS (SELECT 1 FROM occurrence WHERE pattern_id = id)"
     ).fetchone()
     if total == 0:
         raise NotFoundError("the database has no pattern that occurs in a mesh")

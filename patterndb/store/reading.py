@@ -1,12 +1,13 @@
-"""Read a database: patterns by class, name and source, meshes, occurrences, statistics."""
+"""Read a database: patterns by name and source, meshes, occurrences, counts, the content hash."""
 
 from __future__ import annotations
 
 import difflib
+import hashlib
 import json
 import sqlite3
+from collections import Counter
 from collections.abc import Callable, Collection, Generator, Iterable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import PurePath
@@ -15,22 +16,19 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core import description as d
 from patterndb.core.code import MAX_CLASS
 from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
-from patterndb.core.patternclass import ORIGINS, ClassPart, PatternClass
-from patterndb.core.shortcode import pack_symbols, restore
-from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.store.columns import (
-    MOST_32,
-    MOST_64,
-    check_blobs,
-    read_numbers,
-    refuse_disorder,
-    say_wrong,
+from patterndb.core.patternclass import PatternClass
+from patterndb.core.shortcode import restore
+from patterndb.errors import NotFoundError
+from patterndb.store.records import (
+    Mesh,
+    Occurrence,
+    OccurrenceRow,
+    Statistics,
+    check_hash,
 )
-from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
 from patterndb.system.progress import report_progress
 
 T = TypeVar("T")
@@ -47,104 +45,13 @@ def read_data_version(connection: sqlite3.Connection) -> int:
     return connection.execute("PRAGMA data_version").fetchone()[0]
 
 
-#: Columns of a pattern that follow from its code, and where its description tells them.
-FOLLOWING = {
-    "n_reflex": d.N_REFLEX,
-    "n_quads": d.N_QUADS,
-    "n_irregular": d.N_IRREGULAR,
-    "chiral": d.CHIRAL,
-}
-
-
-def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
-    """All patterns of ``n_sides`` sides, in default order.
-
-    All but the counts is made of the codes, so that nothing is indexed by what was read. Raises
-    DatabaseError, which names pattern and column, where a code is not the canonical one of a disk
-    of so many sides, or a column does not follow from it or holds what it cannot.
-    """
-    return PatternClass.from_parts(n_sides, _read_parts(connection, n_sides))
-
-
-#: Patterns of a class that are read and described at a time: some ten megabytes.
-READ_AT_ONCE = 10_000
-
-_SELECT_CLASS = """
-SELECT id, code, frequency, coalesce(uses, 0),
-    (SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id),
-    pattern.origin, n_reflex, n_quads, n_irregular, chiral
-FROM pattern LEFT JOIN usage ON usage.pattern_id = id
-WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY id
-"""
-
-
-def _read_parts(connection: sqlite3.Connection, n_sides: int) -> Generator[ClassPart]:
-    """Read the patterns of a class part by part; the next is read while one is described."""
-    low, high = get_id_range(n_sides)
-    cursor = connection.execute(_SELECT_CLASS, (low, high, n_sides))
-    with (
-        ThreadPoolExecutor(1, "patterndb-reading") as pool,
-        report_progress(f"reading the patterns of {n_sides} sides, once") as report,
-    ):
-        ahead: Future[ClassPart] | None = None
-        last: int | None = None
-        while rows := cursor.fetchmany(READ_AT_ONCE):
-            refuse_disorder([row[0] for row in rows], last)
-            last = rows[-1][0]
-            one, ahead = ahead, pool.submit(_make_part, n_sides, rows)
-            if one is not None:
-                yield one.result()
-            # Ids are hashes, and so evenly spread.
-            report((rows[-1][0] - low) / (high - low))
-        # SQLite's own copy of the pages is of no use to the next question.
-        connection.execute("PRAGMA shrink_memory")
-        if ahead is not None:
-            yield ahead.result()
-
-
-def _make_part(n_sides: int, rows: list[tuple[Any, ...]]) -> ClassPart:
-    """Check rows of :data:`_SELECT_CLASS`, and describe their codes."""
-    ids, short, *columns = zip(*rows, strict=True)
-    check_blobs(ids, "code", short)
-    frequency = read_numbers(ids, "frequency", columns[0], 0, MOST_64)
-    uses = read_numbers(ids, "uses", columns[1], 0, MOST_64)
-    n_meshes = read_numbers(ids, "occurrences", columns[2], 0, MOST_32)
-    number_of = {name: number for number, name in enumerate(ORIGINS)}
-    origin = np.array([number_of.get(name, -1) for name in columns[3]], np.int8)
-    _refuse(ids, "origin", origin < 0, f"is none of {', '.join(ORIGINS)}")
-    try:
-        symbols, offsets = restore(short)
-        described = d.describe_symbols(symbols, offsets)
-    except InvalidCodeError as error:
-        assert error.row is not None
-        raise say_wrong(ids[error.row], "code", f"is damaged ({error})") from error
-    wrong = described.counts[:, d.N_CORNERS] != n_sides
-    _refuse(ids, "code", wrong, f"is not of {n_sides} sides")
-    for (name, at), values in zip(FOLLOWING.items(), columns[4:], strict=True):
-        stored = read_numbers(ids, name, values, 0, MOST_32)
-        _refuse(ids, name, stored != described.counts[:, at], "does not follow from its code")
-    return ClassPart(
-        pack_symbols(symbols, offsets),
-        described,
-        ids=np.array(ids, np.int64),
-        frequency=frequency,
-        n_meshes=n_meshes.astype(np.int32),
-        uses=uses,
-        origin=origin,
-    )
-
-
-def _refuse(ids: Sequence[int], column: str, wrong: NDArray[np.bool_], why: str) -> None:
-    if wrong.any():
-        raise say_wrong(ids[int(wrong.argmax())], column, why)
-
-
 def read_frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
     """(k,) int64 frequency of every pattern; 0 for those that are not there."""
     wanted = ids.tolist()
     found: dict[int, int] = dict(
         connection.execute(
-            "SELECT id, frequency FROM pattern WHERE id IN (SELECT value FROM json_each(?))",
+            "SELECT pattern_id, sum(patches) FROM occurrence "
+            "WHERE pattern_id IN (SELECT value FROM json_each(?)) GROUP BY pattern_id",
             (json.dumps(wanted),),
         )
     )
@@ -190,15 +97,15 @@ def sum_by_name(counts: Sequence[tuple[int, str]]) -> dict[str, int]:
     return dict(sorted(found.items(), key=lambda item: (-item[1], item[0])))
 
 
-_PATTERN = "SELECT code, frequency, origin FROM pattern WHERE id "
-
-
 def find_pattern(connection: sqlite3.Connection, name: str) -> Pattern:
     """The pattern whose name (16 hexadecimal digits) begins with ``name``.
 
     Raises NotFoundError if there is none, or more than one.
     """
-    rows = connection.execute(_PATTERN + "BETWEEN ? AND ? LIMIT 2", parse_name(name)).fetchall()
+    rows = connection.execute(
+        "SELECT code, frequency, origin FROM counted_pattern WHERE id BETWEEN ? AND ? LIMIT 2",
+        parse_name(name),
+    ).fetchall()
     code, frequency, origin = choose_only(rows, name)
     symbols, _ = restore([code])
     return Pattern.from_trusted_code(symbols, frequency=frequency, origin=origin)
@@ -253,24 +160,33 @@ def list_occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Oc
     ]
 
 
-_MESHES = """
-SELECT name, sha256, author, source, licence, basic_limit, side_limit, convex_limit, prepared,
-    quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches,
-    (SELECT count(*) FROM occurrence WHERE mesh_id = mesh.id), origin,
-    pattern_limit, patterns_left_out
-FROM mesh
-"""
+def select_meshes(
+    connection: sqlite3.Connection, rest: str, values: Sequence[Any] = ()
+) -> Generator[dict[str, Any]]:
+    """Read rows of meshes, each by column, with ``patterns``, the number of their patterns.
+
+    rest: the statement from its condition on.
+    """
+    cursor = connection.cursor()
+    cursor.row_factory = sqlite3.Row
+    cursor.execute(
+        "SELECT *, (SELECT count(*) FROM occurrence WHERE mesh_id = mesh.id) AS patterns "  # noqa: S608
+        f"FROM mesh {rest}",
+        values,
+    )
+    for row in cursor:
+        yield dict(row)
 
 
 def list_meshes(connection: sqlite3.Connection) -> list[Mesh]:
     """All meshes, by name."""
-    return [make_mesh(row) for row in connection.execute(_MESHES + "ORDER BY name, sha256")]
+    return [Mesh.from_columns(row) for row in select_meshes(connection, "ORDER BY name, sha256")]
 
 
 def find_mesh(connection: sqlite3.Connection, sha256: bytes) -> Mesh | None:
     """The mesh of a file with this hash."""
-    row = connection.execute(_MESHES + "WHERE sha256 = ?", (sha256,)).fetchone()
-    return None if row is None else make_mesh(row)
+    rows = select_meshes(connection, "WHERE sha256 = ?", (sha256,))
+    return next(map(Mesh.from_columns, rows), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -300,50 +216,9 @@ def list_known(connection: sqlite3.Connection) -> list[KnownMesh]:
     """What every mesh can be chosen by, in the order in which they were learned."""
     rows = connection.execute("SELECT id, name, sha256, licence FROM mesh ORDER BY id")
     return [
-        KnownMesh(number, name, _check_hash(sha256), licence)
+        KnownMesh(number, name, check_hash(sha256), licence)
         for number, name, sha256, licence in rows
     ]
-
-
-def _check_hash(value: object) -> bytes:
-    """The SHA-256 of a mesh's row. Raises DatabaseError for what is no bytes: of a number, bytes()
-    would make as many zeros."""
-    if not isinstance(value, bytes):
-        raise DatabaseError(
-            f"the SHA-256 of a mesh is {repr(value)[:40]}, no bytes: the file is damaged; "
-            "'patterndb verify' tells what is wrong"
-        )
-    return value
-
-
-def make_mesh(row: tuple[object, ...]) -> Mesh:
-    """A mesh of its row: name, hash, provenance, options, what was found, patterns, origin, and
-    the limit of its patterns with those left out."""
-    name, sha256, author, source, licence, basic, side, convex, prepared, *counts = row
-    *counts, most, left_out = counts
-    return Mesh(
-        str(name),
-        _check_hash(sha256).hex(),
-        Provenance(author, source, licence),  # pyright: ignore[reportArgumentType]
-        options_of(basic, side, convex, prepared, most),
-        *counts,  # pyright: ignore[reportArgumentType]
-        left_out=left_out,  # pyright: ignore[reportArgumentType]
-    )
-
-
-def options_of(
-    basic: object, side: object, convex: object, prepared: object, most_patterns: object
-) -> LearningOptions:
-    """The learning options that a mesh's columns tell."""
-    if not (basic or side or convex):
-        return LearningOptions.none()
-    return LearningOptions(
-        basic,  # pyright: ignore[reportArgumentType]
-        side,  # pyright: ignore[reportArgumentType]
-        convex,  # pyright: ignore[reportArgumentType]
-        bool(prepared),
-        most_patterns,  # pyright: ignore[reportArgumentType]
-    )
 
 
 #: Names that a message offers where one is unknown.
@@ -473,3 +348,111 @@ def read_uses(connection: sqlite3.Connection) -> dict[int, int]:
     """Uses by pattern id, of those that were used."""
     rows = connection.execute("SELECT pattern_id, uses FROM usage ORDER BY pattern_id")
     return dict(rows.fetchall())
+
+
+def list_sides(connection: sqlite3.Connection) -> list[int]:
+    """Numbers of sides of which there are patterns, ascending; nothing is counted."""
+    rows = connection.execute(
+        "WITH RECURSIVE class (sides) AS (SELECT min(n_sides) FROM pattern UNION ALL "
+        "SELECT (SELECT min(n_sides) FROM pattern WHERE n_sides > sides) FROM class "
+        "WHERE sides IS NOT NULL) SELECT sides FROM class WHERE sides IS NOT NULL"
+    )
+    return [n_sides for (n_sides,) in rows]
+
+
+def count_by_sides(connection: sqlite3.Connection) -> dict[int, int]:
+    """Patterns by number of sides."""
+    rows = connection.execute("SELECT n_sides, count(*) FROM pattern GROUP BY 1 ORDER BY 1")
+    return dict(rows.fetchall())
+
+
+#: Signatures that are read at a time.
+SIGNATURES_AT_ONCE = 50_000
+
+
+def read_statistics(connection: sqlite3.Connection) -> Statistics:
+    """Count over the whole database; all signatures and occurrences are read for it."""
+    by_sides: Counter[int] = Counter()
+    by_irregular: Counter[int] = Counter()
+    n_chiral = 0
+    for n_sides, n_irregular, chiral, count in connection.execute(
+        "SELECT n_sides, n_irregular, chiral, count(*) FROM pattern GROUP BY 1, 2, 3"
+    ):
+        by_sides[n_sides] += count
+        by_irregular[n_irregular] += count
+        n_chiral += count * chiral
+    n_patterns = by_sides.total()
+    with report_progress("counting signatures and occurrences") as report:
+        parts: list[NDArray[np.uint64]] = [np.zeros(0, np.uint64)]
+        cursor = connection.execute("SELECT signature FROM pattern")
+        while rows := cursor.fetchmany(SIGNATURES_AT_ONCE):
+            parts.append(np.frombuffer(b"".join([row[0] for row in rows]), np.uint64))
+            report(len(parts) * SIGNATURES_AT_ONCE / (2 * n_patterns))
+        n_signatures = len(np.unique(np.concatenate(parts)))
+        (n_met,) = connection.execute(
+            "SELECT coalesce(sum(own + mirrored), 0) FROM (SELECT "
+            "max(patches > mirrored_patches) AS own, max(mirrored_patches > 0) AS mirrored "
+            "FROM occurrence GROUP BY pattern_id)"
+        ).fetchone()
+    n_meshes, n_patches = connection.execute(
+        "SELECT count(*), coalesce(sum(distinct_patches), 0) FROM mesh"
+    ).fetchone()
+    return Statistics(
+        patterns=n_patterns,
+        patterns_oriented=n_patterns + n_chiral,
+        patterns_met=n_met,
+        by_sides=dict(sorted(by_sides.items())),
+        by_irregular=dict(sorted(by_irregular.items())),
+        signatures=n_signatures,
+        meshes=n_meshes,
+        patches=n_patches,
+        content_hash=hash_content(connection),
+    )
+
+
+def sum_occurrences(rows: Iterable[OccurrenceRow], total: int = 0) -> int:
+    """Add the hashes of occurrences to a sum modulo 2**128: their order does not matter.
+
+    The id of the mesh is not hashed, so that the same mesh, learned with the same options, has the
+    same sum in every database.
+    """
+    for row in rows:
+        word = repr((row.pattern_id, row.patches, row.mirrored_patches, row.example))
+        digest = hashlib.blake2b(word.encode("utf-8", "surrogateescape"), digest_size=16).digest()
+        total += int.from_bytes(digest, "big")
+    return total % (1 << 128)
+
+
+def hash_content(connection: sqlite3.Connection) -> str:
+    """SHA-256 over meshes and the sums of their occurrences, whatever order they came in.
+
+    Equal hashes mean that the same was learned. An occurrence names its pattern by the id, a hash
+    of the code. Everything else that follows from a code is left out; so are row ids of meshes,
+    which depend on the order of ingestion, and how often patterns were used, with those that are
+    there for nothing else.
+    """
+    total = hashlib.sha256()
+    cursor = connection.cursor()
+    cursor.row_factory = sqlite3.Row
+    for row in cursor.execute("SELECT * FROM mesh ORDER BY sha256"):
+        values = dict(row)
+        occurrence_sum = values.pop("occurrence_sum")
+        del values["id"]
+        word = repr((list(values.values()), occurrence_sum))
+        total.update(word.encode("utf-8", "surrogateescape"))
+    return total.hexdigest()
+
+
+def read_content_key(connection: sqlite3.Connection, n_sides: int) -> str:
+    """Return what changes whenever a class of a database does, uses aside.
+
+    All follows from meshes and their occurrences, which the content hash is made of, except the
+    patterns that are there only because they were used. The key does not protect against forgery,
+    so what is kept under it goes by the database's path as well.
+    """
+    unseen = connection.execute(
+        "SELECT pattern_id, origin FROM usage WHERE pattern_id BETWEEN ? AND ? AND NOT EXISTS ("
+        "SELECT 1 FROM occurrence WHERE occurrence.pattern_id = usage.pattern_id) ORDER BY 1",
+        get_id_range(n_sides),
+    ).fetchall()
+    return repr((hash_content(connection), unseen))

@@ -24,10 +24,9 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError
 from patterndb.store import compact, reading
-from patterndb.store.classblocks import parse_class, parse_columns, split_codes
-from patterndb.store.connection import Mode, connect
+from patterndb.store.classes import parse_class, parse_codes
+from patterndb.store.connection import SCHEMA_VERSION, Mode, connect
 from patterndb.store.database import Database
-from patterndb.store.migrations import SCHEMA_VERSION
 from patterndb.store.records import Mesh
 from patterndb.system.caches import cache_folders, is_trusted, make_trusted
 from patterndb.system.deadline import refuse_if_late
@@ -64,7 +63,6 @@ class StarterDatabase(Database):
         self._say = say
         self._progress = progress
         self._ids: dict[int, NDArray[np.int64]] = {}
-        self._counts: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
         self._immutable = True
         self._begin_sharing()
         with packed.open("rb") as file:
@@ -90,14 +88,14 @@ class StarterDatabase(Database):
         """Number of patterns by number of sides."""
         return {n_sides: count for n_sides, (count, _, _) in self._head.classes.items()}
 
+    def sides(self) -> list[int]:
+        """Numbers of sides of which there are patterns, ascending."""
+        return list(self._head.classes)
+
     def meshes(self) -> list[Mesh]:
         """All meshes, by name."""
-        counts = [len(self._meshes.places(k)) for k in range(len(self._meshes.rows))]
-        rows = [
-            reading.make_mesh((row[1], bytes.fromhex(str(row[0])), *row[2:-3], count, *row[-3:]))
-            for row, count in zip(self._meshes.rows, counts, strict=True)
-        ]
-        return sorted(rows, key=lambda mesh: (mesh.name, mesh.sha256))
+        held = map(self._meshes.make_mesh, range(len(self._meshes.rows)))
+        return sorted(held, key=lambda mesh: (mesh.name, mesh.sha256))
 
     def pattern(self, name: str) -> Pattern:
         """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
@@ -141,15 +139,14 @@ class StarterDatabase(Database):
             return np.sort(every)
         chosen = reading.choose_meshes(self.known_meshes(), meshes, licences)
         before = 0 if n_sides is None else self._count_before(n_sides)
-        places = np.concatenate([np.zeros(0, np.int64), *map(self._meshes.places, sorted(chosen))])
-        places = np.unique(places) - before
+        places = np.unique(self._meshes.place[np.isin(self._meshes.owner, list(chosen))]) - before
         return np.sort(every[places[(places >= 0) & (places < len(every))]])
 
     def known_meshes(self) -> list[reading.KnownMesh]:
         """What every mesh can be chosen by: name, hash and licence."""
         return [
-            reading.KnownMesh(number, str(name), bytes.fromhex(str(sha256)), licence)  # pyright: ignore[reportArgumentType]
-            for number, (sha256, name, _, _, licence, *_) in enumerate(self._meshes.rows)
+            reading.KnownMesh(k, row["name"], bytes.fromhex(row["sha256"]), row["licence"])
+            for k, row in enumerate(self._meshes.rows)
         ]
 
     def count_in_meshes(
@@ -158,29 +155,25 @@ class StarterDatabase(Database):
         """As :meth:`Database.count_in_meshes`."""
         # One more than there are, which is never met, stands for those that are unknown.
         every = np.append(self._numbered_ids, -1)
-        counts = np.zeros((len(every), 2), np.int64)
-        for mesh, (sha256, *_) in enumerate(self._meshes.rows):
-            if sha256 in hashes:
-                places, patches = self._mesh_counts(mesh)
-                counts[places, 0] += patches
-                counts[places, 1] += 1
+        is_chosen = np.array([row["sha256"] in hashes for row in self._meshes.rows], np.bool_)
+        here = is_chosen[self._meshes.owner]
+        places = self._meshes.place[here]
+        patches = np.zeros(len(every), np.int64)
+        np.add.at(patches, places, self._meshes.patches[here])
+        n_meshes = np.bincount(places, minlength=len(every)).astype(np.int32)
         order = np.argsort(every)
         at = order[np.minimum(np.searchsorted(every, ids, sorter=order), len(every) - 1)]
-        found = counts[np.where(every[at] == ids, at, -1)]
-        return found[:, 0], found[:, 1].astype(np.int32)
+        at = np.where(every[at] == ids, at, -1)
+        return patches[at], n_meshes[at]
 
     def count_by_mesh(self, number: int) -> dict[str, int]:
         """As :meth:`Database.count_by_mesh`."""
-        found: list[tuple[int, str]] = []
         place = self._find_place(number)
-        if place is None:
-            return {}
-        for mesh, (_, name, *_) in enumerate(self._meshes.rows):
-            places, patches = self._mesh_counts(mesh)
-            at = int(np.searchsorted(places, place))
-            if at < len(places) and places[at] == place:
-                found.append((int(patches[at]), str(name)))
-        return reading.sum_by_name(found)
+        at = np.flatnonzero(self._meshes.place == (-1 if place is None else place))
+        patches: list[int] = self._meshes.patches[at].tolist()
+        owners: list[int] = self._meshes.owner[at].tolist()
+        names = [str(self._meshes.rows[k]["name"]) for k in owners]
+        return reading.sum_by_name(list(zip(patches, names, strict=True)))
 
     def uses(self) -> dict[int, int]:
         """How often fills were accepted: never, for nothing is recorded in the starter."""
@@ -197,14 +190,8 @@ class StarterDatabase(Database):
             yield connection
 
     @cached_property
-    def _meshes(self) -> compact.PackedMeshes:
+    def _meshes(self) -> compact.CompactMeshes:
         return compact.parse_meshes(self._read(*self._head.meshes))
-
-    def _mesh_counts(self, mesh: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Numbers of the patterns that a mesh has, ascending, and the patches of each."""
-        if mesh not in self._counts:
-            self._counts[mesh] = self._meshes.places(mesh), self._meshes.count_patches(mesh)
-        return self._counts[mesh]
 
     def _find_place(self, number: int) -> int | None:
         """By what number meshes name the pattern of an id; None for an unknown one."""
@@ -230,7 +217,7 @@ class StarterDatabase(Database):
         if n_sides not in self._ids:
             codes: list[bytes] = []
             if n_sides in self._head.classes:
-                codes = split_codes(parse_columns(self._read(*self._head.classes[n_sides][1:])))
+                codes = parse_codes(self._read(*self._head.classes[n_sides][1:]))
             self._ids[n_sides] = np.array([pattern_id(code, n_sides) for code in codes], np.int64)
         return self._ids[n_sides]
 

@@ -45,7 +45,7 @@ class UnionMember:
 
 
 @dataclass(frozen=True, slots=True)
-class PatternHolder:
+class MemberOccurrence:
     """A database that holds a pattern.
 
     patches: in which this database saw it. meshes: names of its meshes that have it, the one with
@@ -124,8 +124,11 @@ class DatabaseUnion:
 
     def sides_histogram(self) -> dict[int, int]:
         """Number of patterns by number of sides."""
-        sides = {n for member in self.members for n in member.database.sides_histogram()}
-        return {n: len(self.pattern_class(n)) for n in sorted(sides)}
+        return {n: len(self.pattern_class(n)) for n in self.sides()}
+
+    def sides(self) -> list[int]:
+        """Numbers of sides of which there are patterns, ascending."""
+        return sorted({n for member in self.members for n in member.database.sides()})
 
     def meshes(self) -> list[Mesh]:
         """All meshes, by name; one that several databases hold as the first has it."""
@@ -137,8 +140,7 @@ class DatabaseUnion:
 
     def pattern(self, name: str) -> Pattern:
         """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
-        sides = {n for member in self.members for n in member.database.sides_histogram()}
-        return reading.find_in_classes(name, sorted(sides), self.pattern_class)
+        return reading.find_in_classes(name, self.sides(), self.pattern_class)
 
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order; frequencies are sums with weights.
@@ -214,18 +216,20 @@ class DatabaseUnion:
                 found[number] = found.get(number, 0) + uses
         return dict(sorted(found.items()))
 
-    def find_holders(self, pattern: Pattern) -> list[PatternHolder]:
+    def find_occurrences(self, pattern: Pattern) -> list[MemberOccurrence]:
         """Find the databases that hold a pattern, in their order, with its meshes in each.
 
         None holds a pattern that a query made, as one of a family or by construction, until it is
         learned or used.
         """
-        holders: list[PatternHolder] = []
+        holders: list[MemberOccurrence] = []
         for member in self.members:
             counts = member.database.count_by_mesh(pattern.id)
             if counts or pattern.id in member.database.uses():
                 holders.append(
-                    PatternHolder(member.name, member.weight, sum(counts.values()), tuple(counts))
+                    MemberOccurrence(
+                        member.name, member.weight, sum(counts.values()), tuple(counts)
+                    )
                 )
         return holders
 

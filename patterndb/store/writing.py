@@ -1,20 +1,19 @@
 """Change a database: meshes, their patterns and occurrences, and how often fills were used.
 
-Every function that takes a connection belongs inside one atomic(). The columns of schema.sql
-stand here, for the statements that name them all.
+Every function that takes a connection belongs inside one atomic().
 
-A pattern that no mesh holds (a query made it, or another database learned it) is written when it
-is first used, and says what it was then. Uses are no part of what was learned: they are neither in
-the content hash nor merged nor in the compact file.
+A pattern that no mesh has (a query made it, or another database learned it) is written when it is
+first used. Uses are not part of what was learned: they are neither in the content hash nor merged
+nor in the compact file.
 """
 
 from __future__ import annotations
 
 import hashlib
+import json
 import sqlite3
-from collections.abc import Collection, Iterable, Sequence
-from operator import itemgetter
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,21 +25,16 @@ from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
 from patterndb.core.shortcode import lengthen, pack_symbols, restore, shorten
 from patterndb.errors import DatabaseError, InvalidCodeError
-from patterndb.store.checksums import (
-    add_to_sum,
-    select_rows,
-    sum_rows,
-    summed,
-    write_occurrence_sum,
-)
-from patterndb.store.records import Learned, LearningOptions, Provenance
-from patterndb.store.tallies import (
-    SIGNATURE_SIZE,
-    TALLIED,
-    add_met,
-    add_tallied,
-    removing_occurrences,
-    take_off_tallied,
+from patterndb.store.reading import find_mesh, select_meshes, sum_occurrences
+from patterndb.store.records import (
+    INSERT_OCCURRENCE,
+    INSERT_PATTERN,
+    Learned,
+    Mesh,
+    OccurrenceRow,
+    PatternRow,
+    Provenance,
+    make_insert,
 )
 
 #: Patterns of a mesh that are described and written at a time: some ten megabytes, however many it
@@ -50,102 +44,53 @@ WRITTEN_AT_ONCE = 20_000
 #: Uses are kept in 63 bits; this many at once is a slip.
 MOST_AT_ONCE = 1 << 40
 
-MESH = (
-    "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
-    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches, "
-    "origin, pattern_limit, patterns_left_out"
-)
-#: Picks the columns of the learning options from those of a mesh.
-pick_options = itemgetter(5, 6, 7, 8, 16)
-
-#: What a row of a pattern says of its code; :func:`describe_patterns` gives the values.
-_DESCRIBED = "code, n_sides, n_reflex, n_quads, n_irregular, chiral, signature"
+#: Bytes of the hash that stands for a signature: among ten million, two that are equal by chance
+#: are not to be expected.
+SIGNATURE_SIZE = 8
 
 
-def _marks(columns: str) -> str:
-    return ", ".join("?" for _ in columns.split(","))
-
-
-# All put together from the constants above, and from nothing else.
-SELECT_MESHES = f"SELECT id, {MESH} FROM mesh ORDER BY sha256"  # noqa: S608
-INSERT_MESH = f"INSERT INTO mesh ({MESH}) VALUES ({_marks(MESH)})"  # noqa: S608
-INSERT_MESH_WITH_ID = f"INSERT INTO mesh (id, {MESH}) VALUES (?, {_marks(MESH)})"  # noqa: S608
-SELECT_PATTERNS = f"SELECT id, {_DESCRIBED} FROM pattern"  # noqa: S608
-INSERT_PATTERN = (
-    f"INSERT INTO pattern (id, {_DESCRIBED}, origin) "  # noqa: S608
-    f"VALUES (?, {_marks(_DESCRIBED)}, ?)"
-)
-#: Picks what is tallied of a pattern from its described columns.
-pick_tallied = itemgetter(*(_DESCRIBED.split(", ").index(name) for name in TALLIED.split(", ")))
-#: As INSERT_PATTERN, with the frequency, for who writes occurrences without the triggers.
-INSERT_COUNTED_PATTERN = (
-    f"INSERT INTO pattern (id, {_DESCRIBED}, origin, frequency) "  # noqa: S608
-    f"VALUES (?, {_marks(_DESCRIBED)}, ?, ?)"
-)
-INSERT_OCCURRENCE = (
-    "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
-    "VALUES (?, ?, ?, ?, ?)"
-)
-
-
-def describe_patterns(short: Sequence[bytes]) -> list[tuple[int, tuple[Any, ...]]]:
-    """Id and described columns of the patterns of short codes.
+def describe_patterns(short: Sequence[bytes]) -> list[PatternRow]:
+    """Return the rows of the patterns of short codes.
 
     Raises InvalidCodeError, with its row, if one is not the canonical code of a disk.
     """
     symbols, offsets = restore(short)
-    told = d.describe_symbols(symbols, offsets)
+    described = d.describe_symbols(symbols, offsets)
     following = [d.N_CORNERS, d.N_REFLEX, d.N_QUADS, d.N_IRREGULAR, d.CHIRAL]
-    counts = told.counts[:, following].tolist()
+    codes = pack_symbols(symbols, offsets)[:]
+    signatures = described.split(d.SIGNATURE)
     return [
-        (pattern_id(code, own[0]), (stored, *own, hash_signature(signature)))
-        for code, stored, own, signature in zip(
-            pack_symbols(symbols, offsets)[:], short, counts, told.split(d.SIGNATURE), strict=True
+        PatternRow(
+            pattern_id(code, n_sides),
+            stored,
+            n_sides,
+            n_reflex,
+            n_quads,
+            n_irregular,
+            chiral,
+            hashlib.blake2b(signature, digest_size=SIGNATURE_SIZE).digest(),
+        )
+        for code, stored, (n_sides, n_reflex, n_quads, n_irregular, chiral), signature in zip(
+            codes, short, described.counts[:, following].tolist(), signatures, strict=True
         )
     ]
 
 
-def hash_signature(signature: bytes) -> bytes:
-    """What stands for a signature (its numbers, 16 bits each) in the table of patterns."""
-    return hashlib.blake2b(signature, digest_size=SIGNATURE_SIZE).digest()
-
-
-def add_mesh(
-    connection: sqlite3.Connection,
-    name: str,
-    sha256: bytes,
-    provenance: Provenance,
-    options: LearningOptions,
-    learned: Learned,
+def insert_mesh(
+    connection: sqlite3.Connection, mesh: Mesh, occurrence_sum: bytes, mesh_id: int | None = None
 ) -> int:
+    """Write the row of a mesh; return its id."""
+    values = {"id": mesh_id, **mesh.to_columns(), "occurrence_sum": occurrence_sum}
+    cursor = connection.execute(make_insert("mesh", list(values)), list(values.values()))
+    return cursor.lastrowid or 0
+
+
+def add_mesh(connection: sqlite3.Connection, mesh: Mesh, learned: Learned) -> int:
     """Write a mesh that is not there yet, its patterns and occurrences.
 
     Returns how many of its patterns are new to the database.
     """
-    cursor = connection.execute(
-        INSERT_MESH,
-        (
-            sha256,
-            name,
-            provenance.author,
-            provenance.source,
-            provenance.licence,
-            options.basic,
-            options.side,
-            options.convex,
-            options.prepare,
-            learned.quads_read,
-            learned.quads_used,
-            learned.basic,
-            learned.side,
-            learned.convex,
-            learned.distinct,
-            learned.origin,
-            options.most_patterns,
-            learned.left_out,
-        ),
-    )
-    mesh_id = cursor.lastrowid or 0
+    mesh_id = insert_mesh(connection, mesh, bytes(16))
     ids = pattern_ids(learned.codes, learned.sides)
     # In the order of the tables' keys, so that they are written front to back.
     order = np.argsort(ids)
@@ -153,10 +98,9 @@ def add_mesh(
     for first in range(0, len(order), WRITTEN_AT_ONCE):
         some = order[first : first + WRITTEN_AT_ONCE]
         numbers = ids[some].tolist()
-        new = add_patterns(connection, numbers, take_rows(learned.codes, some)[:])
-        fresh += len(new)
+        fresh += add_patterns(connection, numbers, take_rows(learned.codes, some)[:])
         occurrences = [
-            (number, own + mirrored, mirrored, example)
+            OccurrenceRow(number, mesh_id, own + mirrored, mirrored, example)
             for number, (own, mirrored), example in zip(
                 numbers,
                 learned.patches[some].tolist(),
@@ -164,148 +108,127 @@ def add_mesh(
                 strict=True,
             )
         ]
-        total += _add_occurrences(connection, mesh_id, occurrences, new)
-    _sum_mesh(connection, mesh_id, total)
+        connection.executemany(INSERT_OCCURRENCE, occurrences)
+        total = sum_occurrences(occurrences, total)
+    connection.execute(
+        "UPDATE mesh SET occurrence_sum = ? WHERE id = ?", (total.to_bytes(16, "big"), mesh_id)
+    )
     return fresh
 
 
-def _add_occurrences(
-    connection: sqlite3.Connection,
-    mesh_id: int,
-    rows: Sequence[tuple[Any, ...]],
-    new: Collection[int],
-) -> int:
-    """Write occurrences of a mesh, each a row but for the mesh; return the sum of their hashes.
-
-    new: which of their patterns were written for them."""
-    add_met(connection, (row[:3] for row in rows), new)
-    connection.executemany(INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in rows))
-    return sum_rows(rows)
-
-
-def _sum_mesh(connection: sqlite3.Connection, mesh_id: int, total: int) -> None:
-    """Write the sum of the occurrences of a mesh that is new, and add its row to that of meshes."""
-    write_occurrence_sum(connection, mesh_id, total)
-    add_to_sum(connection, "mesh", sum_rows(select_rows(connection, "mesh", "id = ?", (mesh_id,))))
-
-
-def add_patterns(
-    connection: sqlite3.Connection,
-    ids: Sequence[int],
-    codes: Sequence[bytes],
-    origin: str = "learned",
-) -> set[int]:
-    """Write those of the patterns (packed canonical codes) that are missing; return their ids.
-
-    origin: what they are until occurrences say it.
+def add_patterns(connection: sqlite3.Connection, ids: Sequence[int], codes: Sequence[bytes]) -> int:
+    """Write those of the patterns (packed canonical codes) that are missing; return how many.
 
     Raises InvalidCodeError if one is not the canonical code of a disk, DatabaseError if an id
     does not follow from its code or stands for another one already.
     """
-    connection.execute("CREATE TEMP TABLE incoming (id INTEGER PRIMARY KEY, code BLOB NOT NULL)")
-    try:
-        connection.executemany(
-            "INSERT INTO incoming VALUES (?, ?)", zip(ids, shorten(codes), strict=True)
-        )
-        clash = connection.execute(
-            "SELECT incoming.id FROM incoming JOIN pattern USING (id) "
-            "WHERE pattern.code <> incoming.code"
-        ).fetchone()
-        if clash:
+    incoming = dict(zip(ids, shorten(codes), strict=True))
+    held = connection.execute(
+        "SELECT id, code FROM pattern WHERE id IN (SELECT value FROM json_each(?))",
+        (json.dumps(list(incoming)),),
+    )
+    for number, code in held.fetchall():
+        if incoming.pop(number) != code:
             raise DatabaseError(
-                f"two patterns have the id {format_id(clash[0])}: their hashes collide"
+                f"two patterns have the id {format_id(number)}: their hashes collide"
             )
-        missing = connection.execute(
-            "SELECT id, code FROM incoming WHERE id NOT IN (SELECT id FROM pattern) ORDER BY id"
-        ).fetchall()
-    finally:
-        connection.execute("DROP TABLE incoming")
-    described = describe_patterns([short for _, short in missing])
-    for (number, _), (expected, _) in zip(missing, described, strict=True):
-        if number != expected:
+    missing = sorted(incoming)
+    rows = describe_patterns([incoming[number] for number in missing])
+    for number, row in zip(missing, rows, strict=True):
+        if number != row.id:
             raise DatabaseError(
                 f"the id {format_id(number)} does not follow from the pattern's code"
             )
-    connection.executemany(
-        INSERT_PATTERN, ((number, *columns, origin) for number, columns in described)
-    )
-    add_tallied(connection, [pick_tallied(columns) for _, columns in described])
-    return {number for number, _ in missing}
+    connection.executemany(INSERT_PATTERN, rows)
+    return len(rows)
 
 
-def set_provenance(
+def update_provenance(
     connection: sqlite3.Connection, sha256: bytes, name: str, provenance: Provenance
 ) -> None:
-    """Change what is said of where a mesh comes from."""
-    with summed(connection, "mesh", "sha256 = ?", (sha256,)):
-        connection.execute(
-            "UPDATE mesh SET name = ?, author = ?, source = ?, licence = ? WHERE sha256 = ?",
-            (name, provenance.author, provenance.source, provenance.licence, sha256),
-        )
+    """Change the name of a mesh and where it comes from."""
+    connection.execute(
+        "UPDATE mesh SET name = ?, author = ?, source = ?, licence = ? WHERE sha256 = ?",
+        (name, provenance.author, provenance.source, provenance.licence, sha256),
+    )
 
 
 def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> int:
-    """Take meshes out, with the patterns that no other mesh holds and that were never used;
-    return how many went."""
+    """Take meshes out, with the patterns that no other mesh has and that were never used;
+    return how many patterns went."""
+    removed = 0
     for mesh_id in mesh_ids:
-        with removing_occurrences(connection, mesh_id):
-            connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
-        with summed(connection, "mesh", "id = ?", (mesh_id,)):
-            connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
-    gone = connection.execute(
-        "DELETE FROM pattern WHERE frequency = 0 "  # noqa: S608
-        "AND id NOT IN (SELECT pattern_id FROM usage) "
-        f"RETURNING {TALLIED}"
-    ).fetchall()
-    take_off_tallied(connection, gone)
-    return len(gone)
+        alone = connection.execute(
+            "SELECT pattern_id FROM occurrence AS here WHERE mesh_id = ? AND NOT EXISTS ("
+            "SELECT 1 FROM occurrence WHERE pattern_id = here.pattern_id AND mesh_id <> ?"
+            ") AND pattern_id NOT IN (SELECT pattern_id FROM usage)",
+            (mesh_id, mesh_id),
+        ).fetchall()
+        connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
+        connection.executemany("DELETE FROM pattern WHERE id = ?", alone)
+        connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
+        removed += len(alone)
+    return removed
+
+
+class _CodedOccurrence(NamedTuple):
+    """An occurrence of a mesh of another database, with the short code of its pattern."""
+
+    pattern_id: int
+    code: bytes
+    patches: int
+    mirrored_patches: int
+    example: bytes
 
 
 def merge_database(
     connection: sqlite3.Connection, other: sqlite3.Connection
 ) -> tuple[int, int, int]:
-    """Add the meshes of another database; return (added, replaced, already there).
+    """Add the meshes of another database, which is sound; return (added, replaced, already there).
 
     A mesh that is here with the same options stays; one learned with other options is
     replaced, as ingesting it again would. How often patterns were used is not taken over:
     merging twice would count it twice.
     """
     added = replaced = same = 0
-    for row in other.execute(SELECT_MESHES):
-        other_id, *values = row
-        here = connection.execute(
-            "SELECT id, basic_limit, side_limit, convex_limit, prepared, pattern_limit FROM mesh "
-            "WHERE sha256 = ?",
-            (values[0],),
-        ).fetchone()
+    for row in select_meshes(other, "ORDER BY sha256"):
+        mesh = Mesh.from_columns(row)
+        here = find_mesh(connection, row["sha256"])
         if here is not None:
-            if here[1:] == pick_options(values):
+            if here.options == mesh.options:
                 same += 1
                 continue
-            remove_meshes(connection, [here[0]])
+            held = connection.execute("SELECT id FROM mesh WHERE sha256 = ?", (row["sha256"],))
+            remove_meshes(connection, [number for (number,) in held.fetchall()])
             replaced += 1
         else:
             added += 1
-        mesh_id = connection.execute(INSERT_MESH, values).lastrowid or 0
+        mesh_id = insert_mesh(connection, mesh, row["occurrence_sum"])
         rows = other.execute(
-            "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
+            f"SELECT {', '.join(_CodedOccurrence._fields)} FROM occurrence "  # noqa: S608
             "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern_id",
-            (other_id,),
+            (row["id"],),
         )
-        total = 0
-        while some := rows.fetchmany(WRITTEN_AT_ONCE):
-            new = add_patterns(connection, [r[0] for r in some], lengthen([r[1] for r in some]))
-            occurrences = [(r[0], *r[2:]) for r in some]
-            total += _add_occurrences(connection, mesh_id, occurrences, new)
-        _sum_mesh(connection, mesh_id, total)
+        while some := list(map(_CodedOccurrence._make, rows.fetchmany(WRITTEN_AT_ONCE))):
+            codes = lengthen([one.code for one in some])
+            add_patterns(connection, [one.pattern_id for one in some], codes)
+            connection.executemany(
+                INSERT_OCCURRENCE,
+                (
+                    OccurrenceRow(
+                        one.pattern_id, mesh_id, one.patches, one.mirrored_patches, one.example
+                    )
+                    for one in some
+                ),
+            )
     return added, replaced, same
 
 
 def check_use(pattern: Pattern | Code, count: int) -> Pattern:
-    """The pattern to be recorded, of itself or of its code.
+    """Return the pattern to be recorded, of itself or of its code.
 
     Raises InvalidCodeError if a code is not canonical or can be reduced further, ValueError
-    for a count below 1 or an origin that is none of ORIGINS.
+    for a count below 1 or an origin that is not one of ORIGINS.
     """
     if not 1 <= count <= MOST_AT_ONCE:
         raise ValueError(f"count must lie in 1..{MOST_AT_ONCE}, not {count}")
@@ -322,12 +245,11 @@ def check_use(pattern: Pattern | Code, count: int) -> Pattern:
 
 
 def record_use(connection: sqlite3.Connection, pattern: Pattern, count: int) -> int:
-    """Count the pattern's use; return how often it was used now. Belongs inside atomic()."""
-    add_patterns(connection, [pattern.id], [pack(pattern.code)], pattern.origin)
-    with summed(connection, "usage", "pattern_id = ?", (pattern.id,)):
-        return connection.execute(
-            "INSERT INTO usage (pattern_id, uses, origin) "
-            "SELECT id, ?, CASE frequency WHEN 0 THEN ? ELSE origin END FROM pattern WHERE id = ? "
-            "ON CONFLICT (pattern_id) DO UPDATE SET uses = uses + excluded.uses RETURNING uses",
-            (count, pattern.origin, pattern.id),
-        ).fetchone()[0]
+    """Count the pattern's use; return how often it was used now."""
+    add_patterns(connection, [pattern.id], [pack(pattern.code)])
+    return connection.execute(
+        "INSERT INTO usage (pattern_id, uses, origin) "
+        "SELECT id, ?, coalesce(origin, ?) FROM counted_pattern WHERE id = ? "
+        "ON CONFLICT (pattern_id) DO UPDATE SET uses = uses + excluded.uses RETURNING uses",
+        (count, pattern.origin, pattern.id),
+    ).fetchone()[0]

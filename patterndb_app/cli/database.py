@@ -87,15 +87,14 @@ def _tell_patterns(mesh: Mesh) -> int | str:
 
 @click.command()
 @db_to_read
-@click.option("--migrate", is_flag=True, help="Bring an older database to the present schema.")
 @click.option(
     "--repair",
     type=FileName(),
     metavar="NEW",
-    help="Save what is sound in a damaged database into a new file, and say what is lost.",
+    help="Recover what is sound in a damaged database into a new file, and report what is lost.",
 )
 @as_json
-def verify(db: Path | None, migrate: bool, repair: Path | None, as_json: bool) -> int:
+def verify(db: Path | None, repair: Path | None, as_json: bool) -> int:
     """Check a database: the file, every pattern's code, and all counts.
 
     Exit code 3 if anything is wrong. A damaged file is never changed: --repair writes another.
@@ -104,13 +103,11 @@ def verify(db: Path | None, migrate: bool, repair: Path | None, as_json: bool) -
     patterndb verify --db my.db
     patterndb verify --db damaged.db --repair saved.db
     """
-    if migrate and db is None:
-        raise click.UsageError("--migrate needs --db: the starter database is always up to date")
     if repair is not None:
-        if db is None or migrate:
-            raise click.UsageError("--repair needs --db, and takes no --migrate")
-        return save_sound(db, repair, as_json)
-    with open_database(db, "write" if migrate else "read") as database:
+        if db is None:
+            raise click.UsageError("--repair needs --db")
+        return _recover(db, repair, as_json)
+    with open_database(db) as database:
         findings = database.verify()
         name = database.path
     if as_json:
@@ -122,33 +119,31 @@ def verify(db: Path | None, migrate: bool, repair: Path | None, as_json: bool) -
     return EXIT_BAD_INPUT if findings else 0
 
 
-def save_sound(db: Path, into: Path, as_json: bool) -> int:
-    """Save what is sound in a database into a new file, and say what became of the rest."""
+def _recover(db: Path, into: Path, as_json: bool) -> int:
+    """Recover what is sound in a database into a new file, and report what became of the rest."""
     # Imported here because --help need not wait for it.
-    from patterndb.store.salvage import salvage_database
+    from patterndb.store.recovery import recover_database
 
-    found = salvage_database(db, into)
+    found = recover_database(db, into)
     if as_json:
-        document = dataclasses.asdict(found) | {"ok": found.whole, "file": str(into)}
+        document = dataclasses.asdict(found) | {"ok": found.is_whole, "file": str(into)}
         write_json(document)
-        return 0 if found.whole else EXIT_BAD_INPUT
+        return 0 if found.is_whole else EXIT_BAD_INPUT
     for name, reasons in found.lost.items():
         for why, count in reasons.most_common():
-            write(f"{name}: {plural(count, 'row')} not saved: {printable(why)}")
+            write(f"{name}: {plural(count, 'row')} not recovered: {printable(why)}")
     for name in found.unreadable:
         write(f"{name}: some rows cannot be read")
-    for name in found.changed:
-        write(f"{name}: the rows do not add up to their checksum; some are changed, or missing")
     for name in found.incomplete:
-        write(f"incomplete: {printable(name)}; remove and ingest it to learn it anew")
+        write(f"incomplete: {printable(name)}; remove and ingest it to learn it again")
     saved = found.saved
     say(
         f"{into}: {plural(saved['mesh'], 'mesh', 'meshes')}, "
         f"{plural(saved['pattern'], 'pattern')}, {plural(saved['occurrence'], 'occurrence')}, "
         f"{plural(saved['usage'], 'pattern')} with uses; "
-        + ("all that was there" if found.whole else "what is sound")
+        + ("all that was there" if found.is_whole else "what is sound")
     )
-    return 0 if found.whole else EXIT_BAD_INPUT
+    return 0 if found.is_whole else EXIT_BAD_INPUT
 
 
 @click.command()

@@ -64,7 +64,7 @@ def import_ddq(
         with open_database(db, "write") as database:
             held = database.find_mesh(file_hash(file))
             if held is not None:
-                outcome = database.say_of(held, said)
+                outcome = database.complete_provenance(held, said)
                 patterns = count_patterns(database)
                 if as_json:
                     write_json(

@@ -106,7 +106,7 @@ def choose_patterns(
         min_frequency=choice["min_frequency"],
         ids=ids,
     )
-    for n in database.sides_histogram() if n_sides is None else (n_sides,):
+    for n in database.sides() if n_sides is None else (n_sides,):
         held = database.pattern_class(n)
         passes = filters.passing(held)
         if choice["convex"]:

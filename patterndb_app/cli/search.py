@@ -29,7 +29,7 @@ from patterndb_app.cli.program import name_options
 from patterndb_app.cli.text import plural
 
 if TYPE_CHECKING:
-    from patterndb.store import Database, DatabaseUnion, PatternHolder
+    from patterndb.store import Database, DatabaseUnion, MemberOccurrence
     from patterndb_app.client.remote import RemoteDatabase, RemoteFills
     from query import Boundary, Fill, Fills, Stroke
     from query.stroke import BoundaryEdge
@@ -312,7 +312,7 @@ class ListedFill:
     fill: Fill
     rank: int
     variants: int | None = None
-    holders: Sequence[PatternHolder] | None = None
+    holders: Sequence[MemberOccurrence] | None = None
 
     def to_json(self) -> dict[str, object]:
         """The fill as JSON takes it."""
@@ -359,7 +359,7 @@ class FillListing:
                 self.count += 1
                 holders = None
                 if isinstance(self._source, DatabaseUnion):
-                    holders = self._source.find_holders(fill.pattern)
+                    holders = self._source.find_occurrences(fill.pattern)
                 yield ListedFill(fill, self.count, more, holders)
 
     def describe(

@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path, Query, Request
 from starlette.responses import Response
 
 import patterndb
-from patterndb.store.migrations import SCHEMA_VERSION
+from patterndb.store.connection import SCHEMA_VERSION
 from patterndb_app.service.answers import encode_answer
 from patterndb_app.service.context import answer_in_thread, get_service
 from patterndb_app.service.patternpages import (

@@ -130,8 +130,8 @@ def list_page(database: ServedDatabase, choice: PatternChoice) -> PatternPageJso
         min_frequency=choice.min_frequency,
         ids=ids,
     )
-    histogram = database.ask(lambda db: db.sides_histogram())
-    classes = [n for n in histogram if choice.sides in (None, n)]
+    held = database.ask(lambda db: db.sides())
+    classes = [n for n in held if choice.sides in (None, n)]
     total = 0
     keys: list[NDArray[np.int64]] = []
     owners: list[tuple[PatternClass, NDArray[np.int64]]] = []

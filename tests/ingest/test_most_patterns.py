@@ -13,7 +13,7 @@ from ingest import census, engines, ingest, learn, learning, read_mesh
 from ingest.learning import keep_commonest
 from patterndb.core.code import pattern_id
 from patterndb.store import Database, Learned, LearningOptions, compact
-from patterndb.store.salvage import salvage_database
+from patterndb.store.recovery import recover_database
 from tests.support.meshes import DOUBLET, beside, examples, star, write_obj
 
 ALL = LearningOptions(4, 9, 14)
@@ -133,7 +133,7 @@ def test_a_limit_goes_where_the_mesh_goes(tmp_path: Path, cut: Path) -> None:
         assert merged.merge(db) == (0, 0, 2)
         assert merged.content_hash() == expected
         compact.load(db.compact(), tmp_path / "loaded.db")
-    assert salvage_database(cut, tmp_path / "saved.db").whole
+    assert recover_database(cut, tmp_path / "saved.db").is_whole
     for name in ("merged", "loaded", "saved"):
         with Database(tmp_path / f"{name}.db") as db:
             assert db.verify() == []

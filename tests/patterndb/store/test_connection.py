@@ -12,8 +12,7 @@ import pytest
 from ingest import ingest
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.store import Database, Provenance, connection
-from patterndb.store.connection import atomic, connect
-from patterndb.store.migrations import APPLICATION_ID, SCHEMA_VERSION
+from patterndb.store.connection import APPLICATION_ID, SCHEMA_VERSION, atomic, connect
 from tests.support.store.learnt import OPTIONS, change, content
 
 
@@ -92,7 +91,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path, mode: str) -> None
         (no_sqlite, "is not an SQLite file"),
         (other_kind, "another kind"),
         (other_application, "another kind"),
-        (newer, "made by a newer patterndb.*upgrade"),
+        (newer, "version 2 of the schema.*learn its meshes again"),
         (directory, "is a directory"),
     ],
 )
@@ -126,7 +125,7 @@ def test_a_database_open_for_reading_cannot_be_changed(full: Path, files: dict[s
             lambda: ingest(db, [files["cup"]], OPTIONS, provenance=Provenance("x")),
             lambda: db.remove(["cup.obj"]),
             lambda: db.merge(Database(full)),
-            lambda: db.set_provenance("00" * 32, "x", Provenance()),
+            lambda: db.update_provenance("00" * 32, "x", Provenance()),
         ]
         for attempt in changes:
             with pytest.raises(DatabaseError):
@@ -221,14 +220,14 @@ def test_two_processes_may_make_the_same_database(
 ) -> None:
     """Both find no file; the other is first."""
     path = tmp_path / "one.db"
-    create = connection.create
+    read_schema = connection.read_schema
 
-    def second(opened: sqlite3.Connection) -> None:
-        monkeypatch.setattr(connection, "create", create)
+    def second() -> str:
+        monkeypatch.setattr(connection, "read_schema", read_schema)
         Database(path, "create").close()
-        create(opened)
+        return read_schema()
 
-    monkeypatch.setattr(connection, "create", second)
+    monkeypatch.setattr(connection, "read_schema", second)
     with Database(path, "create") as db:
         assert db.verify() == []
         assert db.remove([]) == (0, 0)

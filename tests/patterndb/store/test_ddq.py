@@ -24,7 +24,7 @@ from tests.support.meshes import TRIANGLE, disks, grid
 from tests.support.store.learnt import change, content
 
 COUNTS = (
-    "SELECT id, sum(patches), sum(mirrored_patches), frequency FROM pattern "
+    "SELECT id, sum(patches), sum(mirrored_patches), frequency FROM counted_pattern "
     "JOIN occurrence ON pattern_id = id GROUP BY id ORDER BY id"
 )
 

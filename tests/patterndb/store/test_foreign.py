@@ -97,6 +97,6 @@ def test_a_hash_that_is_no_bytes_is_told(value: str, full: Path) -> None:
             lambda: database.pattern_ids(4, ["cup.obj"]),
             lambda: database.remove(["cup.obj"]),
         ):
-            with pytest.raises(DatabaseError, match="no bytes"):
+            with pytest.raises(DatabaseError, match="not bytes"):
                 ask()
         assert database.verify()

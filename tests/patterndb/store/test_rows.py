@@ -15,7 +15,7 @@ from patterndb._native.core.code import code_starts, rooted_code
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError
-from patterndb.store.reading import FOLLOWING
+from patterndb.store.classes import FOLLOWING
 from tests.support.store.learnt import change
 
 #: Wrong values for every column that is read, for a pattern with corners and one without.
@@ -25,8 +25,6 @@ WRONG = {
     "n_quads": ["n_quads + 1", "-1", "1 << 40", "NULL"],
     "n_irregular": ["n_irregular + 1", "-1", "1 << 40", "x'00'"],
     "chiral": ["1 - chiral", "2", "-1"],
-    "frequency": ["-1", "NULL", "'many'", "0.5"],
-    "origin": ["'elsewhere'", "NULL", "7"],
 }
 
 
@@ -73,6 +71,25 @@ def test_a_wrong_row_is_named_with_its_column(
         with pytest.raises(DatabaseError, match=f"pattern {row:016x} is damaged") as caught:
             database.pattern_class(n_sides)
         assert column in str(caught.value)
+        assert database.verify()
+
+
+@pytest.mark.parametrize(
+    ("column", "statement"),
+    [
+        ("frequency", "UPDATE occurrence SET patches = -1000"),
+        ("uses", "INSERT INTO usage SELECT id, -1, 'learned' FROM pattern"),
+        ("origin", "UPDATE mesh SET origin = 'elsewhere'"),
+        ("origin", "DELETE FROM occurrence"),
+    ],
+)
+def test_what_other_tables_have_of_a_pattern_is_checked(
+    column: str, statement: str, full: Path
+) -> None:
+    change(full, "PRAGMA ignore_check_constraints = ON", statement)
+    with patterndb.open(full) as database:
+        with pytest.raises(DatabaseError, match=f"is damaged: {column}"):
+            database.pattern_class(5)
         assert database.verify()
 
 

@@ -10,12 +10,8 @@ import pytest
 import patterndb
 from patterndb.errors import DatabaseError
 from patterndb.store import Database, connection
-from patterndb.store.connection import LARGEST_VALUE, connect
-from patterndb.store.migrations import SCHEMA_VERSION, migrate
-from patterndb.store.schemacheck import find_schema_change
+from patterndb.store.connection import LARGEST_VALUE, SCHEMA_VERSION, connect
 from tests.support.store.learnt import change
-
-SCHEMA_1 = (Path(__file__).parent / "schema_1.sql").read_text(encoding="utf-8")
 
 #: Statements, and what is said.
 TAMPERED = {
@@ -26,13 +22,15 @@ TAMPERED = {
     "a view": ("CREATE VIEW liked AS SELECT * FROM usage", "view 'liked'"),
     "a table": ("CREATE TABLE notes (text TEXT)", "table 'notes'"),
     "an index": ("CREATE INDEX many ON pattern (n_quads)", "index 'many'"),
-    "a trigger less": ("DROP TRIGGER occurrence_changed", "no trigger 'occurrence_changed'"),
-    "an index less": ("DROP INDEX occurrence_mesh", "no index 'occurrence_mesh'"),
-    "a column": ("ALTER TABLE mesh ADD COLUMN colour TEXT", "table 'mesh' is not as we make it"),
-    "a trigger of our name": (
-        "DROP TRIGGER occurrence_changed; CREATE TRIGGER occurrence_changed AFTER UPDATE ON "
-        "occurrence BEGIN DELETE FROM mesh; END",
-        "trigger 'occurrence_changed' is not as we make it",
+    "a view less": ("DROP VIEW counted_pattern", "lacks the view 'counted_pattern'"),
+    "an index less": ("DROP INDEX occurrence_mesh", "lacks the index 'occurrence_mesh'"),
+    "a column": (
+        "ALTER TABLE mesh ADD COLUMN colour TEXT",
+        "table 'mesh' is not as patterndb makes it",
+    ),
+    "a view of our name": (
+        "DROP VIEW counted_pattern; CREATE VIEW counted_pattern AS SELECT * FROM mesh",
+        "view 'counted_pattern' is not as patterndb makes it",
     ),
     "an endless view in place of a table": (
         "DROP TABLE usage; CREATE VIEW usage AS WITH RECURSIVE n(pattern_id) AS "
@@ -43,11 +41,11 @@ TAMPERED = {
         "PRAGMA writable_schema = ON; UPDATE sqlite_schema SET "
         "sql = 'CREATE INDEX occurrence_mesh ON occurrence (patches)' "
         "WHERE name = 'occurrence_mesh'",
-        "index 'occurrence_mesh' is not as we make it",
+        "index 'occurrence_mesh' is not as patterndb makes it",
     ),
     "an index of an expression": (
         "DROP INDEX occurrence_mesh; CREATE INDEX occurrence_mesh ON occurrence (hex(zeroblob(9)))",
-        "index 'occurrence_mesh' is not as we make it",
+        "index 'occurrence_mesh' is not as patterndb makes it",
     ),
     "an index that compares otherwise": (
         "CREATE INDEX by_licence ON mesh (licence COLLATE NOCASE)",
@@ -56,11 +54,11 @@ TAMPERED = {
     "a table without row numbers": (
         "DROP TABLE usage; CREATE TABLE usage (pattern_id INTEGER PRIMARY KEY, uses INTEGER NOT "
         "NULL) WITHOUT ROWID",
-        "table 'usage' is not as we make it",
+        "table 'usage' is not as patterndb makes it",
     ),
     "a column that is computed": (
         "ALTER TABLE mesh ADD COLUMN long TEXT AS (hex(zeroblob(90000000)))",
-        "table 'mesh' is not as we make it",
+        "table 'mesh' is not as patterndb makes it",
     ),
     "statistics with a column that is computed": (
         "ANALYZE; PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE "
@@ -119,38 +117,30 @@ def run(path: Path, script: str) -> None:
         connection.executescript(script)
 
 
-def test_a_migrated_schema_is_ours(tmp_path: Path) -> None:
-    old = sqlite3.connect(":memory:", isolation_level=None)
-    old.executescript(SCHEMA_1)
-    assert find_schema_change(old, 1) is None
-    migrate(old)
-    assert find_schema_change(old) is None
-
-
-def test_an_old_file_with_a_foreign_trigger_is_refused_before_it_is_migrated(
-    tmp_path: Path,
-) -> None:
-    path = tmp_path / "old.db"
-    run(path, SCHEMA_1)
-    run(path, TAMPERED["a trigger"][0])
-    before = path.read_bytes()
-    with pytest.raises(DatabaseError, match="trigger 'greedy'"):
-        Database(path, "write")
-    assert path.read_bytes() == before
-
-
 def test_what_analyze_and_vacuum_leave_is_ours(full: Path) -> None:
     change(full, "ANALYZE", "VACUUM")
     with patterndb.open(full) as database:
         assert database.verify() == []
 
 
-@pytest.mark.parametrize("version", [0, -1, -(2**31), SCHEMA_VERSION + 1, 2**31 - 1])
+@pytest.mark.parametrize("version", [0, -(2**31), SCHEMA_VERSION + 1, 7, 2**31 - 1])
 @pytest.mark.parametrize("mode", ["read", "write", "create"])
-def test_a_version_that_never_was_is_told(full: Path, version: int, mode: str) -> None:
+def test_another_version_is_rejected_with_the_remedy(full: Path, version: int, mode: str) -> None:
     change(full, f"PRAGMA user_version = {version}")
-    with pytest.raises(DatabaseError, match=f"schema {version}"):
+    before = full.read_bytes()
+    with pytest.raises(DatabaseError, match=f"version {version} of the schema.*learn its meshes"):
         Database(full, mode)  # type: ignore[arg-type]
+    assert full.read_bytes() == before
+
+
+def test_comments_of_the_schema_may_change(full: Path) -> None:
+    sql = "replace(sql, '-- One ', '-- A single ')"
+    with sqlite3.connect(full) as held:
+        held.execute("PRAGMA writable_schema = ON")
+        held.execute(
+            f"UPDATE sqlite_schema SET sql = replace({sql}, char(10), ' /* x */ ' || char(10))"
+        )
+    Database(full).close()
 
 
 def test_connections_believe_little_of_a_file(full: Path) -> None:

@@ -30,7 +30,7 @@ def licensed(full: Path) -> Path:
     with Database(full, "write") as db:
         for mesh in db.meshes():
             licence = LICENCES.get(mesh.name)
-            db.set_provenance(mesh.sha256, mesh.name, Provenance(None, None, licence))
+            db.update_provenance(mesh.sha256, mesh.name, Provenance(None, None, licence))
         # A pattern that was only used is in no mesh.
         db.record_use(Database(full).pattern_class(3).pattern(0))
     return full

@@ -135,7 +135,7 @@ def test_holders_tell_databases_and_meshes(halves: tuple[Path, Path]) -> None:
             patterns = union.pattern_class(n_sides)
             for row in range(len(patterns)):
                 pattern = patterns.pattern(row)
-                holders = union.find_holders(pattern)
+                holders = union.find_occurrences(pattern)
                 assert holders
                 for holder in holders:
                     path = Path(holder.database)
@@ -146,7 +146,7 @@ def test_holders_tell_databases_and_meshes(halves: tuple[Path, Path]) -> None:
                     assert holder.patches == sum(one.patches for one in met)
     unknown = next(fills(Database(first), (9, 9, 9, 9, 9, 9, 8), origins=["family"])).pattern
     with patterndb.open([first, second]) as union:
-        assert union.find_holders(unknown) == []
+        assert union.find_occurrences(unknown) == []
 
 
 def test_the_starter_and_a_database_of_ones_own(
@@ -162,10 +162,10 @@ def test_the_starter_and_a_database_of_ones_own(
             total = source.frequencies(united.ids) + mine.frequencies(united.ids)
             assert np.array_equal(united.frequency, total)
             pattern = mine.pattern_class(n_sides).pattern(0)
-            assert {holder.database for holder in union.find_holders(pattern)} >= {str(own)}
+            assert {holder.database for holder in union.find_occurrences(pattern)} >= {str(own)}
             common = np.intersect1d(theirs.ids, mine.pattern_class(n_sides).ids)
             if len(common):
-                held = union.find_holders(union.pattern(f"{int(common[0]):016x}"))
+                held = union.find_occurrences(union.pattern(f"{int(common[0]):016x}"))
                 assert [holder.database for holder in held] == [":starter:", str(own)]
                 assert held[0].patches == source.frequencies(common[:1])[0]
         with pytest.raises(DatabaseError, match="none of :starter:"):

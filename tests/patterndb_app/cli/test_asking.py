@@ -343,19 +343,14 @@ class TestVerify:
         assert result.err == f"{learned}: sound\n"
         assert run("verify", "--db", learned, "--json").document() == {"ok": True, "findings": []}
 
-    def test_migrate_leaves_a_present_one_as_it_is(self, db: Path) -> None:
-        before = db.read_bytes()
-        assert run("verify", "--db", db, "--migrate").code == 0
-        assert db.read_bytes() == before
-
     def test_tells_what_is_wrong(self, db: Path) -> None:
         with sqlite3.connect(db) as connection:
-            connection.execute("UPDATE pattern SET frequency = frequency + 1 WHERE n_sides = 2")
+            connection.execute("UPDATE mesh SET basic_patches = distinct_patches + 1")
             connection.execute("UPDATE pattern SET n_irregular = 99 WHERE n_sides = 3")
         connection.close()
         result = run("verify", "--db", db)
         assert result.code == 3
-        assert "frequency" in result.out and "columns" in result.out
+        assert "by modes" in result.out and "columns" in result.out
         assert result.err.endswith(" findings\n")
         document = run("verify", "--db", db, "--json").document()
         assert document == {"ok": False, "findings": result.out.splitlines()}

@@ -142,12 +142,12 @@ class TestDatabases:
         connection.close()
         assert_refused(run(*verb, "--db", "other.db"), 3, "another kind")
 
-    def test_of_a_newer_version(self, verb: tuple[str, ...], learned: Path) -> None:
+    def test_of_another_version(self, verb: tuple[str, ...], learned: Path) -> None:
         shutil.copy(learned, "new.db")
         with sqlite3.connect("new.db") as connection:
             connection.execute("PRAGMA user_version = 99")
         connection.close()
-        assert_refused(run(*verb, "--db", "new.db"), 3, "schema 99", "upgrade")
+        assert_refused(run(*verb, "--db", "new.db"), 3, "version 99", "ingest MESH")
 
     def test_cut_short(self, verb: tuple[str, ...], learned: Path) -> None:
         data = learned.read_bytes()

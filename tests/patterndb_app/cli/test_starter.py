@@ -17,7 +17,7 @@ import patterndb.store.starter
 from patterndb.core.code import format_id
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
-from patterndb.store.migrations import SCHEMA_VERSION
+from patterndb.store.connection import SCHEMA_VERSION
 from tests.support.cli.commandline import (
     assert_refused,
     content_hash,
@@ -106,7 +106,7 @@ def test_asked_where_no_database_is_named(cache: Path, learned: Path, tmp_path: 
 @pytest.mark.parametrize("verb", [("ingest", "a.obj"), ("merge", "a.db"), ("remove", "a.obj")])
 def test_never_written(cache: Path, verb: tuple[str, ...]) -> None:
     assert_refused(run(*verb), 2, "Missing option '--db'")
-    assert_refused(run("verify", "--migrate"), 2, "--migrate needs --db")
+    assert_refused(run("verify", "--repair", "a.db"), 2, "--repair needs --db")
     assert not cache.exists()
 
 

@@ -37,7 +37,9 @@ def test_a_query_tells_who_holds_each_pattern(two: tuple[Path, Path]) -> None:
     fills = found.document()["fills"]
     with patterndb.open([cup, (stars, 2.5)]) as union:
         for fill in fills:
-            held = union.find_holders(union.pattern(fill["pattern"])) if fill["frequency"] else []
+            held = (
+                union.find_occurrences(union.pattern(fill["pattern"])) if fill["frequency"] else []
+            )
             assert fill["databases"] == [one.to_json() for one in held]
         assert any(fill["databases"] for fill in fills)
     assert {one["weight"] for fill in fills for one in fill["databases"]} <= {1.0, 2.5}

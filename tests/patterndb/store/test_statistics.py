@@ -1,4 +1,4 @@
-"""The counts that every write keeps are those of the rows, whatever was written in any order."""
+"""Statistics are the counts of the rows, whatever was written in any order."""
 
 from __future__ import annotations
 
@@ -6,21 +6,15 @@ import random
 import sqlite3
 from collections import Counter
 from pathlib import Path
-from typing import cast
 
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
 from ingest import ingest
 from patterndb.errors import DatabaseError
-from patterndb.store import Database, tallies
-from patterndb.store.columns import read_in_parts
-from patterndb.store.connection import atomic
+from patterndb.store import Database, reading
 from patterndb.store.records import Statistics
-from patterndb.store.tallies import _take_out, tally_anew
 from patterndb.store.writing import remove_meshes
 from query import fills
 from tests.support.store.learnt import MESHES, OPTIONS, OTHER, change, learned, write_meshes
@@ -63,6 +57,7 @@ def check_counts(path: Path) -> Statistics:
         assert db.verify() == []
         told = db.statistics()
         assert db.sides_histogram() == told.by_sides
+        assert db.sides() == list(told.by_sides)
     assert told == count_rows(path)
     return told
 
@@ -154,105 +149,24 @@ def test_counts_are_taken_back_with_a_change(full: Path) -> None:
     assert check_counts(full) == before
 
 
-@pytest.mark.parametrize("at_once", [1, 2, 7, 50_000])
-def test_counts_anew_are_those_that_were_kept(
-    full: Path, monkeypatch: pytest.MonkeyPatch, at_once: int
-) -> None:
-    monkeypatch.setattr(tallies, "COUNTED_AT_ONCE", at_once)
-    with Database(full, "write") as db:
-        db.remove(["star.obj"])
-    before = check_counts(full)
-    with Database(full, "write") as db, atomic(db._connection) as connection:
-        tally_anew(connection)
-    assert check_counts(full) == before
-
-
 def test_an_empty_database_counts_nothing(tmp_path: Path) -> None:
     Database(tmp_path / "empty.db", "create").close()
     told = check_counts(tmp_path / "empty.db")
     assert (told.patterns, told.signatures, told.by_sides) == (0, 0, {})
 
 
-CHANGED = {
-    "count": ("UPDATE tally SET patterns = patterns + 1 WHERE chiral = 0", "tally of patterns"),
-    "no count": ("DELETE FROM tally", "tally of patterns"),
-    "signature": ("UPDATE signature SET hashes = zeroblob(length(hashes))", "the signatures"),
-    "signatures gone": ("DELETE FROM signature WHERE n_sides = 4", "the signatures"),
-    "signature of another class": ("UPDATE signature SET n_sides = 99", "the signatures"),
-    "handednesses": ("UPDATE handedness SET met = met + 1", "handednesses that were met"),
-    "no handednesses": ("DELETE FROM handedness", "tallies cannot be read to the end"),
-}
-
-
-@pytest.mark.parametrize("name", CHANGED)
-def test_counts_that_are_not_of_the_rows_are_found(full: Path, name: str) -> None:
-    statement, words = CHANGED[name]
-    change(full, statement)
-    with Database(full) as db:
-        (finding,) = db.verify()
-    assert words in finding
-
-
-@pytest.mark.parametrize("hashes", ["x'00'", "zeroblob(9)", "x''"])
-def test_signatures_that_are_none_are_told(full: Path, hashes: str) -> None:
-    change(full, "PRAGMA ignore_check_constraints = ON", f"UPDATE signature SET hashes = {hashes}")
-    with Database(full) as db:
-        assert db.verify() != []
-        with pytest.raises(DatabaseError, match="counts that it keeps"):
-            db.statistics()
-
-
-@pytest.mark.parametrize(
-    "statement",
-    ["DELETE FROM tally", "UPDATE signature SET hashes = zeroblob(8)", "DELETE FROM handedness"],
-)
-def test_a_change_that_the_counts_do_not_fit_is_refused(full: Path, statement: str) -> None:
-    change(full, statement)
-    before = full.read_bytes()
-    with (
-        Database(full, "write") as db,
-        pytest.raises(DatabaseError, match="counts that it keeps of its patterns are not of these"),
-    ):
-        db.remove(["stars.obj"])
-    assert full.read_bytes() == before
-
-
-NUMBERS = arrays(np.uint64, st.integers(0, 30), elements=st.integers(0, 8))
-
-
-@given(left=NUMBERS, gone=NUMBERS)
-def test_numbers_are_taken_out_as_often_as_they_are_given(
-    left: np.ndarray, gone: np.ndarray
+@pytest.mark.parametrize("at_once", [1, 7])
+def test_signatures_are_counted_however_they_are_read(
+    full: Path, monkeypatch: pytest.MonkeyPatch, at_once: int
 ) -> None:
-    held = np.sort(np.concatenate([left, gone]))
-    found = _take_out(held, np.sort(gone))
-    np.testing.assert_array_equal(found, np.sort(left))
+    monkeypatch.setattr(reading, "SIGNATURES_AT_ONCE", at_once)
+    check_counts(full)
 
 
-@given(held=NUMBERS, gone=NUMBERS)
-def test_numbers_that_are_not_there_cannot_be_taken_out(held: np.ndarray, gone: np.ndarray) -> None:
-    if Counter(gone.tolist()) <= Counter(held.tolist()):
-        _take_out(np.sort(held), np.sort(gone))
-    else:
-        with pytest.raises(DatabaseError, match="counts"):
-            _take_out(np.sort(held), np.sort(gone))
-
-
-class DisorderedRows:
-    """A connection to a table in which a search for later ids finds the same rows again."""
-
-    def execute(self, *_: object) -> DisorderedRows:
-        return self
-
-    def fetchall(self) -> list[tuple[int, str]]:
-        return [(5, "a"), (9, "b")]
-
-
-def test_reading_in_parts_ends_at_ids_that_do_not_ascend() -> None:
-    parts = read_in_parts(cast("sqlite3.Connection", DisorderedRows()), "SELECT id", 2)
-    assert next(parts) == [(5, "a"), (9, "b")]
-    with pytest.raises(DatabaseError, match=r"stands after 0*9"):
-        next(parts)
+def test_signatures_of_another_size_are_reported(full: Path) -> None:
+    change(full, "UPDATE pattern SET signature = x'00' WHERE n_sides = 4")
+    with Database(full) as db, pytest.raises(DatabaseError, match="verify"):
+        db.statistics()
 
 
 PAGE = 4096

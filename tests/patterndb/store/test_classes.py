@@ -17,9 +17,9 @@ from patterndb.core.code import format_id
 from patterndb.core.packing import PackedRows
 from patterndb.core.patternclass import ClassPart, PatternClass
 from patterndb.errors import DatabaseError
-from patterndb.store import Database, classcache, reading
+from patterndb.store import Database, classes
+from patterndb.store.classes import load_class
 from patterndb.store.connection import connect
-from patterndb.store.reading import load_class
 from patterndb.system.mappedarrays import FOLDER, MAGIC, ArrayShelf
 from patterndb.system.progress import describe_progress
 from query import fills
@@ -33,7 +33,7 @@ SIDES = (3, 4, 5, 6, 8)
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A cache folder in which all classes are kept, however small: the folder of their files."""
     monkeypatch.setenv("PATTERNDB_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(classcache, "LEAST_KEPT", 1)
+    monkeypatch.setattr(classes, "LEAST_KEPT", 1)
     return tmp_path / "cache" / FOLDER
 
 
@@ -82,9 +82,9 @@ def test_parts_make_the_class_that_one_makes(
         shares.append(describe_progress())
         return make_part(*args)  # pyright: ignore[reportArgumentType]
 
-    make_part = reading._make_part  # pyright: ignore[reportPrivateUsage]
-    monkeypatch.setattr(reading, "_make_part", describe)
-    monkeypatch.setattr(reading, "READ_AT_ONCE", at_once)
+    make_part = classes._make_part  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(classes, "_make_part", describe)
+    monkeypatch.setattr(classes, "READ_AT_ONCE", at_once)
     for n, one in whole.items():
         shares.clear()
         assert list(list_differences(one, load(full, n))) == []
@@ -96,7 +96,7 @@ def test_parts_make_the_class_that_one_makes(
 def test_a_damaged_row_of_a_later_part_is_told(
     full: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(reading, "READ_AT_ONCE", 1)
+    monkeypatch.setattr(classes, "READ_AT_ONCE", 1)
     path = tmp_path / "damaged.db"
     path.write_bytes(full.read_bytes())
     with sqlite3.connect(path) as connection:
@@ -119,7 +119,7 @@ def test_a_second_handle_reads_no_rows(
     def refuse(*_: object) -> PatternClass:
         raise AssertionError("the class is loaded a second time")
 
-    monkeypatch.setattr(classcache, "load_class", refuse)
+    monkeypatch.setattr(classes, "load_class", refuse)
     with Database(full) as database:
         assert database.pattern_class(4).ids.tolist() == first.ids.tolist()
 
@@ -152,7 +152,7 @@ def test_handles_of_one_process_have_one_class_and_its_tables(full: Path, kept: 
 def test_a_class_is_forgotten_with_the_last_handle(
     full: Path, kept: Path, monkeypatch: pytest.MonkeyPatch, least: int
 ) -> None:
-    monkeypatch.setattr(classcache, "LEAST_KEPT", least)
+    monkeypatch.setattr(classes, "LEAST_KEPT", least)
     with Database(full) as database:
         held = weakref.ref(database.pattern_class(5))
         assert list(fills(database, (4, 4, 4, 4, 4), limit=3))
@@ -165,8 +165,8 @@ def test_a_class_is_forgotten_with_the_last_handle(
 
 def test_the_same_fills_come_of_mapped_classes_in_another_process(full: Path, kept: Path) -> None:
     ask = (
-        "import sys; from patterndb.store import Database, classcache; from query import fills\n"
-        "classcache.LEAST_KEPT = 1\n"
+        "import sys; from patterndb.store import Database, classes; from query import fills\n"
+        "classes.LEAST_KEPT = 1\n"
         "with Database(sys.argv[1]) as db:\n"
         "    print([f.key for s in ((3, 4, 5), (4, 4, 4, 4), (3, 3, 2, 2, 4)) "
         "for f in fills(db, s, limit=40)])"
@@ -285,21 +285,9 @@ def test_a_cache_folder_that_cannot_be_written_does_no_harm(
     file = tmp_path / "no folder"
     file.write_text("")
     monkeypatch.setenv("PATTERNDB_CACHE", str(file))
-    monkeypatch.setattr(classcache, "LEAST_KEPT", 1)
+    monkeypatch.setattr(classes, "LEAST_KEPT", 1)
     with Database(full) as database:
         assert list(list_differences(load(full, 4), database.pattern_class(4))) == []
-
-
-def test_arrays_that_were_made_when_the_sums_were_missing_are_not_kept(
-    full: Path, kept: Path
-) -> None:
-    connection = sqlite3.connect(full)
-    connection.execute("DELETE FROM checksum")
-    connection.commit()
-    connection.close()
-    with Database(full) as database:
-        assert len(database.pattern_class(4))
-    assert not kept.exists()
 
 
 def test_writing_to_mapped_arrays_changes_neither_file_nor_other_processes(
@@ -307,7 +295,7 @@ def test_writing_to_mapped_arrays_changes_neither_file_nor_other_processes(
 ) -> None:
     def forget() -> None:
         """Know as little of this process's classes as another process does."""
-        monkeypatch.setattr(classcache, "_MAPPED", weakref.WeakValueDictionary())
+        monkeypatch.setattr(classes, "_MAPPED", weakref.WeakValueDictionary())
 
     with Database(full) as one, Database(full) as other:
         one.pattern_class(4)
