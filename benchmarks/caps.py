@@ -35,9 +35,9 @@ from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query.holes import fill_holes
 from query.holes.caps import FlatCap, RimPlane, find_cap, measure_walls
-from query.holes.loops import MeshTopology
+from query.holes.neighbourhood import extract_neighbourhood
 from query.holes.shape import place_fill
-from query.holes.surroundings import look_around
+from query.holes.topology import MeshTopology
 from query.identity import hash_quads
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
@@ -137,7 +137,7 @@ def cut_case(
     if plane.off > FARTHEST_OFF or plane.diameter <= 0:
         return None
     own = topology.mesh.points[cut.inner]
-    placed = place_fill(look_around(cut.hole), cut.quads, len(cut.hole) + len(own)).points
+    placed = place_fill(extract_neighbourhood(cut.hole), cut.quads, len(cut.hole) + len(own)).points
 
     def measure_off(apart: NDArray[np.float64]) -> float:
         return float(np.abs(apart @ plane.normal).max(initial=0.0)) / plane.diameter

@@ -40,9 +40,9 @@ from patterndb.core.halfedge import Int32Array
 from query import Boundary, fills
 from query.boundary import CornerKind
 from query.holes import HoleFill, fill_holes
-from query.holes.loops import MeshTopology
 from query.holes.models import HoleModels
-from query.holes.surroundings import list_faces_near, look_around
+from query.holes.neighbourhood import extract_neighbourhood, list_faces_near
+from query.holes.topology import MeshTopology
 from query.identity import hash_quads
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
@@ -297,7 +297,7 @@ def ask_mesh(
             loop = ",".join(map(str, hole.hole.loop.tolist()))
             print(f"{path.name}, the hole {loop}: {fault}", file=sys.stderr, flush=True)
         if given.orders:
-            asked = np.clip(look_around(hole.hole).due, 1, 3)
+            asked = np.clip(extract_neighbourhood(hole.hole).regular_valence, 1, 3)
             row["today"] = ask_plain(hole, db, asked, "artist")
             for order in ("artist", "regular", "fit"):
                 row[f"given {order}"] = ask_plain(hole, db, hole.counts, order)

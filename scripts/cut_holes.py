@@ -14,7 +14,8 @@ import numpy as np
 from ingest.formats import read_mesh
 from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
-from query.holes.loops import Hole, MeshTopology, hole_of_faces
+from query.holes.loops import Hole, hole_of_faces
+from query.holes.topology import MeshTopology
 from query.identity import hash_quads
 
 #: Quads of a hole; below, there is nothing to choose, above, an artist would not select at once.

@@ -65,7 +65,6 @@ from patterndb.errors import InvalidBoundaryError
 from patterndb.store.starter import PACKED_NAME, unpack_starter
 from query import Boundary, fills
 from query.boundary import CornerKind
-from query.holes.assignments import AssignmentModel, measure_assignments, rank_listed
 from query.holes.candidates import (
     ASKED_FIRST,
     ASSIGNMENTS,
@@ -74,9 +73,18 @@ from query.holes.candidates import (
     REMEMBERED_LATE,
     HoleSearch,
 )
-from query.holes.context import measure_hole, mirror_hole
-from query.holes.corners import CornerModel
+from query.holes.corners import (
+    AssignmentModel,
+    CornerModel,
+    TreeModel,
+    measure_assignments,
+    rank_listed,
+)
+from query.holes.features import measure_hole, mirror_hole
 from query.holes.filling import PLACED as PLACED_BY_FACTS
+from query.holes.models import shipped_models
+from query.holes.neighbourhood import extract_neighbourhood
+from query.holes.options import HoleOptions
 from query.holes.patterns import KEPT, HolePatterns
 from query.holes.ranking import (
     FACTS,
@@ -86,11 +94,8 @@ from query.holes.ranking import (
     measure_plain_fill,
     tame_numbers,
 )
-from query.holes.rim import HoleRim
 from query.holes.shape import mend_fill, place_fill
-from query.holes.surroundings import look_around
-from query.holes.symmetry import ASYMMETRIC, find_mirrors
-from query.holes.trees import TreeModel
+from query.holes.symmetry import ASYMMETRIC
 from query.identity import hash_quads
 
 #: Of every mesh lists stand for so many everyday holes, and so many irregular ones.
@@ -286,10 +291,10 @@ def measure_mesh(name: str) -> tuple[CornerRows, Counter[bytes], Counter[bytes]]
     irregular = cut_holes(name, topology, plan.corner_irregular, plan.corner_seed + 1, tries=10)
     features, counts, due = [], [], []
     for cut in (*everyday, *irregular):
-        around = look_around(cut.hole)
+        around = extract_neighbourhood(cut.hole)
         features.append(measure_hole(cut.hole, around).astype(np.float32))
         counts.append(cut.counts)
-        due.append(around.due)
+        due.append(around.regular_valence)
     rows = CornerRows(
         np.vstack(features),
         np.concatenate(counts),
@@ -482,7 +487,7 @@ def fit_assignments(per_mesh: int = 24) -> AssignmentModel:
                 own = np.flatnonzero((listed == rows.counts[span]).all(axis=1))
                 asked += 1
                 if len(own):
-                    traits = measure_assignments(logs, rows.due[span], listed)
+                    traits = measure_assignments(logs, rows.regular_valence[span], listed)
                     choices.append((traits, int(own[0])))
     report(f"assignments: {len(choices)} of {asked} holes")
     return AssignmentModel(*fit_logit(choices))
@@ -539,17 +544,15 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
     """List the candidates of a hole, by models that have not seen its mesh."""
     assert _shared.assignments is not None
     fold = _shared.fold_of[cut.mesh]
-    around = look_around(cut.hole)
-    n = len(cut.hole)
-    search = HoleSearch.begin(
-        database,
-        _shared.corners[fold].log_probabilities(measure_hole(cut.hole, around)),
-        around.due,
-        _shared.assignments,
-        _shared.patterns[fold],
-        HoleRim.of(cut.hole),
-        find_mirrors(around.points[:n], around.due),
+    around = extract_neighbourhood(cut.hole)
+    models = replace(
+        shipped_models(),
+        corners=_shared.corners[fold],
+        assignments=_shared.assignments,
+        patterns=_shared.patterns[fold],
     )
+    options = HoleOptions(tolerance=0)
+    search = HoleSearch.begin(database, cut.hole, around, models, options, {})
     candidates = [*search.regular(), *search.remembered(REMEMBERED, KEPT)]
     candidates += search.likely(0, ASKED_FIRST)
     n_early = len(candidates) + 1  # the first of the others, too
@@ -565,9 +568,9 @@ def list_candidates(cut: Cut, kind: int, weight: float, database: Any) -> Candid
         chosen = np.append(chosen, own)
     placed, sound = [], []
     for i in chosen.tolist():
-        lies = place_fill(around, candidates[i].quads, candidates[i].n_vertices)
-        placed.append(lies.measures)
-        sound.append(not mend_fill(around, candidates[i].quads, lies).flipped)
+        fill = place_fill(around, candidates[i].quads, candidates[i].n_vertices)
+        placed.append(fill.measures)
+        sound.append(not mend_fill(around, candidates[i].quads, fill).flipped)
     numbers = tame_numbers(np.hstack([facts[chosen], np.array(placed)]))
     return CandidateList(
         cut.mesh,
@@ -598,7 +601,7 @@ def list_plain_fills(cut: Cut, database: Any) -> list[Choice]:
     try:
         boundary = Boundary(np.diff(np.r_[corners, start + n]).tolist(), kinds, points=points)
     except InvalidBoundaryError:
-        return []  # two vertices of the mesh lie in one place
+        return []  # two vertices of the mesh embedding in one place
     own, rows = None, []
     for place, fill in enumerate(fills(database, boundary, order="artist", limit=PLAIN_FILLS)):
         quads = np.where(fill.quads < n, (fill.quads + start) % n, fill.quads).astype(np.int32)

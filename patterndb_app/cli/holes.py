@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from patterndb.store import Database, DatabaseUnion
     from query import Stroke
     from query.holes import Hole, HoleFill, HoleFills, MeshTopology
-    from query.holes.odd import WayKind
+    from query.holes.parity import FixKind
 
 #: A line of a batch file longer than this is no question about a hole.
 LONGEST_LINE = 1_000_000
@@ -54,7 +54,7 @@ LISTED = 20
 #: Numbers that --loop and --faces may name.
 MOST_NUMBERS = 1_000_000
 
-WAYS = ("triangle", "lead", "split", "merge")
+FIXES = ("triangle", "edge-loop", "split", "merge")
 
 
 class IndexRanges(ParamType):
@@ -194,7 +194,7 @@ class HoleQuestion(CapRequest, kw_only=True, forbid_unknown_fields=False):
 )
 @click.option(
     "--odd",
-    type=click.Choice(WAYS),
+    type=click.Choice(FIXES),
     help="How to fill holes with an odd number of edges, which quads alone cannot.",
 )
 @click.option(
@@ -248,7 +248,7 @@ def holes(
     limit: int | None,
     corners: dict[int, int] | None,
     flows: tuple[tuple[int, int] | str, ...],
-    odd: WayKind | None,
+    odd: FixKind | None,
     no_twin: bool,
     ngon: bool,
     shape: Shape,
@@ -382,12 +382,12 @@ def _choose_holes(
     loops: tuple[tuple[int, ...], ...],
     faces: tuple[int, ...] | None,
     every: bool,
-    odd: WayKind | None,
+    odd: FixKind | None,
     ngon: bool,
 ) -> tuple[list[Hole], list[str]]:
-    """The holes that are meant, made even where --odd tells how; and what --all leaves open."""
-    from query.holes import choose_hole, find_holes, list_even_ways
-    from query.holes.loops import explain_closed
+    """Find the holes that are meant, made even by --odd; and what --all leaves open."""
+    from query.holes import choose_hole, find_holes, list_parity_fixes
+    from query.holes.topology import explain_closed
 
     if len(loops) > 1:
         # Two names of one hole are one hole.
@@ -418,34 +418,34 @@ def _choose_holes(
             left.append(f"{where}: {error}")
             continue
         if len(hole) % 2 and not ngon:
-            ways = ", ".join(way.kind for way in list_even_ways(hole)) or "none"
-            left.append(f"{where}: an odd number; ways out that --odd takes: {ways}")
+            kinds = ", ".join(fix.kind for fix in list_parity_fixes(hole)) or "none"
+            left.append(f"{where}: an odd number; ways out that --odd takes: {kinds}")
             chosen.pop()
     if not chosen:
         raise NotFoundError("; ".join(["there is no hole that quads can fill", *left]))
     return chosen, left
 
 
-def _make_even_all(topology: MeshTopology, kind: WayKind, among: set[int] | None) -> MeshTopology:
-    """The mesh after ways of a kind out of odd loops (through these vertices), which are told."""
+def _make_even_all(topology: MeshTopology, kind: FixKind, among: set[int] | None) -> MeshTopology:
+    """Apply parity fixes of a kind to odd loops (through these vertices), and print them."""
     from query.holes import make_loops_even
 
-    topology, told = make_loops_even(topology, kind, among)
-    for words in told:
-        say(f"made even: {words}")
+    topology, descriptions = make_loops_even(topology, kind, among)
+    for description in descriptions:
+        say(f"made even: {description}")
     return topology
 
 
 def _make_even(hole: Hole, kind: str) -> Hole:
-    """The hole after the best of the ways of a kind, which is told."""
-    from query.holes import list_even_ways
+    """Apply the best parity fix of a kind, and print it."""
+    from query.holes import list_parity_fixes
 
-    ways = list_even_ways(hole)
-    for way in ways:
-        if way.kind == kind:
-            say(f"made even: {way.told}")
-            return way.apply()
-    there = ", ".join(way.kind for way in ways) or "none"
+    fixes = list_parity_fixes(hole)
+    for fix in fixes:
+        if fix.kind == kind:
+            say(f"made even: {fix.description}")
+            return fix.apply()
+    there = ", ".join(fix.kind for fix in fixes) or "none"
     raise NotFoundError(f"the hole has no way {kind!r}; there is: {there}")
 
 

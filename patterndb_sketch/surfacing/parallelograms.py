@@ -17,12 +17,12 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
-from scipy.sparse.linalg import splu
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.curvenetwork.polylines import measure_angles
+from query.placing.leastsquares import solve_held
 
 #: Candidate corners for each number of corners: so many of the likeliest vertices, of which all
 #: subsets are tried. 112 choices in all.
@@ -161,9 +161,7 @@ def _join_columns(rows: Int64Array, weights: Sequence[float], columns: int) -> c
 
 def place_inner(grid: SectorGrid, border: Points) -> Points:
     """The inner vertices (k, m) of a grid for columns of values of its border (b, m)."""
-    b = grid.border
-    solve = splu(csc_array(grid.energy[b:, b:])).solve
-    return solve(-(grid.energy[b:, :b] @ border))
+    return solve_held(grid.energy, border)
 
 
 @lru_cache(maxsize=len(LIKELIEST))

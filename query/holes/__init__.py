@@ -1,13 +1,11 @@
 """Holes of meshes: found, filled with quads vertex for vertex, and welded.
 
-Read :mod:`loops` (where a mesh is open), :mod:`coincidence` and :mod:`flaws` (what else is wrong
-with it), :mod:`surroundings` (what is known around a loop),
-:mod:`context` (farther out, and across), :mod:`corners` (how many quads each loop vertex will get),
-:mod:`regular` (fills without irregular vertices inside), :mod:`patterns` (what holes reduce to,
-laid into the loop), :mod:`candidates` (those, and fills of
-the likely assignments), :mod:`shape` (placing and measuring one), :mod:`twin` (the mirror image of
-a hole), :mod:`caps` (is what belongs there flat?), :mod:`laying` (in a plane, on a surface, along
-strokes), :mod:`odd` (ways out where no quads fit), and :mod:`filling` (all of it, in order).
+Read in the order of the data: :mod:`topology` (the half-edges of a mesh, and its flaws),
+:mod:`loops` (its holes), :mod:`neighbourhood` and :mod:`features` (the mesh around, measured),
+:mod:`corners` (quads at each loop vertex), :mod:`patterns`, :mod:`regular` and :mod:`candidates`
+(fills of the loop), :mod:`symmetry` (mirror images), :mod:`caps` (flat fills), :mod:`shape` and
+:mod:`projection` (placing), :mod:`ranking`, and :mod:`filling`, which goes this way and returns
+:mod:`fills`. :mod:`parity` has remedies for odd loops, :mod:`models` what was learned from artists.
 """
 
 from __future__ import annotations
@@ -17,44 +15,48 @@ from typing import TYPE_CHECKING
 from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
-    from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
-    from query.holes.flaws import list_mesh_flaws
-    from query.holes.loops import Hole, MeshTopology, find_holes, hole_of_faces, hole_of_loop
-    from query.holes.odd import EvenWay, list_even_ways, make_loops_even
+    from query.holes.filling import fill_holes
+    from query.holes.fills import HoleFill, HoleFills, weld_fills
+    from query.holes.loops import Hole, choose_hole, find_holes, hole_of_faces, hole_of_loop
+    from query.holes.options import HoleOptions
+    from query.holes.parity import ParityFix, list_parity_fixes, make_loops_even
+    from query.holes.topology import MeshTopology, list_mesh_flaws
 
 __all__ = [
-    "EvenWay",
     "Hole",
     "HoleFill",
     "HoleFills",
+    "HoleOptions",
     "MeshTopology",
+    "ParityFix",
     "choose_hole",
     "fill_holes",
     "find_holes",
     "hole_of_faces",
     "hole_of_loop",
-    "list_even_ways",
     "list_mesh_flaws",
+    "list_parity_fixes",
     "make_loops_even",
     "weld_fills",
 ]
 
 # Filling needs solvers, which finding need not wait for.
 _HOMES = {
-    "HoleFill": "query.holes.filling",
-    "HoleFills": "query.holes.filling",
-    "choose_hole": "query.holes.filling",
-    "fill_holes": "query.holes.filling",
-    "weld_fills": "query.holes.filling",
-    "list_mesh_flaws": "query.holes.flaws",
     "Hole": "query.holes.loops",
-    "MeshTopology": "query.holes.loops",
+    "HoleFill": "query.holes.fills",
+    "HoleFills": "query.holes.fills",
+    "HoleOptions": "query.holes.options",
+    "MeshTopology": "query.holes.topology",
+    "ParityFix": "query.holes.parity",
+    "choose_hole": "query.holes.loops",
+    "fill_holes": "query.holes.filling",
     "find_holes": "query.holes.loops",
     "hole_of_faces": "query.holes.loops",
     "hole_of_loop": "query.holes.loops",
-    "EvenWay": "query.holes.odd",
-    "list_even_ways": "query.holes.odd",
-    "make_loops_even": "query.holes.odd",
+    "list_mesh_flaws": "query.holes.topology",
+    "list_parity_fixes": "query.holes.parity",
+    "make_loops_even": "query.holes.parity",
+    "weld_fills": "query.holes.fills",
 }
 
 __getattr__, __dir__ = lazy_exports(__name__, _HOMES)

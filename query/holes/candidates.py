@@ -3,8 +3,9 @@ numbering."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -18,19 +19,24 @@ from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
 from query.engine import PatternSource, fills
 from query.expand import expand_pattern
 from query.fill import Fill
-from query.holes.assignments import AssignmentModel, measure_assignments
-from query.holes.corners import LEAST_LOG
-from query.holes.patterns import KEPT, SHARE, HolePatterns, Lie
+from query.holes.corners import LEAST_LOG, AssignmentModel, measure_assignments
+from query.holes.features import measure_hole
+from query.holes.loops import Hole
+from query.holes.models import HoleModels
+from query.holes.neighbourhood import HoleRim, Neighbourhood
+from query.holes.options import HoleOptions
+from query.holes.patterns import KEPT, SHARE, HolePatterns, PatternEmbedding
 from query.holes.ranking import NONE_CLOSED, HoleCandidate
 from query.holes.regular import (
     MOST_EDGES,
+    QuadRing,
     build_regular_fill,
+    lay_ring,
     list_closed_walks,
     list_rectangles,
+    pave_loop,
 )
-from query.holes.rim import HoleRim
-from query.holes.rings import QuadRing, lay_ring, pave_loop
-from query.holes.symmetry import count_followed, lose_by_mirrors
+from query.holes.symmetry import count_followed, find_mirrors, lose_by_mirrors
 from query.identity import hash_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
@@ -48,7 +54,7 @@ REGULAR, CLOSED_WALKS, CLOSED_STEPS, RECTANGLES = 12, 30, 3_000, 6
 ASSIGNMENTS, ASKED_FIRST = 30, 5
 PER_ASSIGNMENT = 8
 
-#: Ways that patterns of holes may lie in the loop that are made: before the first fill is returned,
+#: Embeddings of patterns of holes that are made: before the first fill is returned,
 #: of the likeliest ones that a short search keeps, and after it, of those of a longer search.
 REMEMBERED, REMEMBERED_LATE, KEPT_LATE = 120, 360, 1_000
 
@@ -64,10 +70,10 @@ MOST_CONSTRUCTED = 16
 PAVED_ASSIGNMENTS, PAVED = 60, 8
 
 #: Fills of a ring along the loop and a smaller fill within: assignments that get rings, fills that
-#: are made at most, closed walks and ways to lie that are looked at for each ring. The score of
+#: are made at most, closed walks and embeddings that are looked at for each ring. The score of
 #: what lies within counts irregular vertices of the ring, too; the last is that of a regular fill.
 RINGED_ASSIGNMENTS, RINGED = 8, 40
-RINGED_WALKS, RINGED_LIES = 4, 30
+RINGED_WALKS, RINGED_EMBEDDINGS = 4, 30
 RINGED_REGULAR = -1.5
 
 #: Fills of the relaxed lists, whose corners may lie elsewhere; these are asked for where fewer
@@ -83,88 +89,89 @@ MOST_LOOPS = 2
 KINDS: dict[int, CornerKind] = {1: "convex", 3: "reflex", 4: "full"}
 
 
+def _empty_set() -> set[Any]:
+    return set()
+
+
+def _empty_dict() -> dict[Any, Any]:
+    return {}
+
+
 @dataclass(slots=True)
 class HoleSearch:
     """The candidates of one loop, found assignment by assignment.
 
     source: a database. logs: (L, 4) log probabilities of 1 to 4 quads at each vertex.
-    due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
-    scores (c,). strokes: strands that fills shall have.
-    mirrors: of the loop. rim: what fills may not join. known: keys of what was found.
+    regular_valence: (L,) the quads that make the loop regular.
+    model, patterns: of what artists do.
+    rim: what fills may not join. mirrors: of the loop.
+    strokes: strands that fills must have, within tolerance. threads: of queries.
     fixed: quads at loop vertices that the caller chose.
+    ranked: (c, L) assignments, likeliest first, of scores (c,).
+    known: keys of what was found.
     best_closed: log probability of the corners of the likeliest regular fill, less that of the most
-    probable corners. _asked: assignments of which whole lists were asked for early.
+        probable corners. _asked: assignments of which whole lists were asked for early.
     """
 
     source: PatternSource
     logs: Floats
-    due: Int32Array
+    regular_valence: Int32Array
     model: AssignmentModel
     patterns: HolePatterns
-    ranked: Int32Array
-    scores: Floats
+    rim: HoleRim
+    mirrors: Int32Array
     strokes: Sequence[Stroke]
     tolerance: int
     threads: int | None
-    mirrors: Int32Array
-    rim: HoleRim
-    known: set[bytes]
-    fixed: dict[int, int]
-    best_closed: float
-    _asked: int
-    _facts: dict[int, tuple[int, int, int]]
-    _places: dict[int, int]
-    _lies: set[Lie]
-    _listings: dict[tuple[CornerKind, ...], Listing]
+    fixed: Mapping[int, int]
+    ranked: Int32Array
+    scores: Floats
+    known: set[bytes] = field(default_factory=_empty_set)
+    best_closed: float = NONE_CLOSED
+    _asked: int = 0
+    _facts: dict[int, tuple[int, int, int]] = field(default_factory=_empty_dict)
+    _places: dict[int, int] = field(default_factory=_empty_dict)
+    _embeddings: set[PatternEmbedding] = field(default_factory=_empty_set)
+    _listings: dict[tuple[CornerKind, ...], Listing] = field(default_factory=_empty_dict)
 
     @classmethod
     def begin(
         cls,
         source: PatternSource,
-        logs: Floats,
-        due: Int32Array,
-        model: AssignmentModel,
-        patterns: HolePatterns,
-        rim: HoleRim,
-        mirrors: Int32Array,
-        *,
-        fixed: dict[int, int] | None = None,
-        strokes: Sequence[Stroke] = (),
-        tolerance: int = 0,
-        threads: int | None = None,
+        hole: Hole,
+        around: Neighbourhood,
+        models: HoleModels,
+        options: HoleOptions,
+        fixed: Mapping[int, int],
     ) -> HoleSearch:
-        """Prepare a search; fixed corners get probability one.
+        """Prepare the search for fills of a hole.
 
-        mirrors: of the loop; what the caller fixes may not follow them, and then none count.
+        fixed: quads by places in the loop; these get probability one. What the caller fixes may
+        not follow the loop's mirrors, and then none count.
         """
-        if fixed or strokes:
+        logs = models.corners.log_probabilities(measure_hole(hole, around))
+        regular = around.regular_valence
+        mirrors = find_mirrors(hole.points, regular)
+        if fixed or options.strokes:
             mirrors = mirrors[:0]
-        logs = logs.copy()
-        for at, quads in (fixed or {}).items():
+        for at, quads in fixed.items():
             logs[at] = 4 * LEAST_LOG
             logs[at, quads - 1] = 0.0
-        ranked, scores = model.rank(logs, due, mirrors)
+        ranked, scores = models.assignments.rank(logs, regular, mirrors)
         return cls(
-            source,
-            logs,
-            due,
-            model,
-            patterns,
-            ranked,
-            scores,
-            strokes,
-            tolerance,
-            threads,
-            mirrors,
-            rim,
-            set(),
-            dict(fixed or {}),
-            NONE_CLOSED,
-            0,
-            {},
-            {},
-            set(),
-            {},
+            source=source,
+            logs=logs,
+            regular_valence=regular,
+            model=models.assignments,
+            patterns=models.patterns,
+            rim=HoleRim.of(hole),
+            mirrors=mirrors,
+            strokes=tuple(options.strokes),
+            tolerance=options.tolerance,
+            threads=options.threads,
+            fixed=fixed,
+            ranked=ranked,
+            scores=scores,
         )
 
     def early(self) -> Iterator[HoleCandidate]:
@@ -194,10 +201,10 @@ class HoleSearch:
         if len(self.known) < RELAXED:
             yield from self.relaxed()
 
-    def take_new(self, quads: Int32Array, n_vertices: int, n: int) -> bytes | None:
+    def take_new(self, quads: Int32Array, n_vertices: int) -> bytes | None:
         """Remember quads in the loop's numbering: their key; None for no fill, one that cannot be
         welded in, or one that is known."""
-        twin, fault = weld_quads(quads, n_vertices, n)
+        twin, fault = weld_quads(quads, n_vertices, len(self.logs))
         if fault or not self.rim.admits(quads):
             return None
         key = hash_quads(quads, twin, False)
@@ -242,30 +249,32 @@ class HoleSearch:
     def remembered(self, most: int, kept: int) -> Iterator[HoleCandidate]:
         """Yield candidates whose patterns are those of holes, likeliest first.
 
-        most: ways to lie that are made, of those that were not before. kept: by the search.
+        most: embeddings that are made, of those that were not before. kept: by the search.
         """
         if self.strokes:
             return
         n = len(self.logs)
-        lies, quads = self.patterns.find_lies(self.logs, kept)
+        embeddings, quads = self.patterns.enumerate_embeddings(self.logs, kept)
         for at, asked in self.fixed.items():
             quads[quads[:, at] != asked] = 0
-        share = np.log(self.patterns.share[[lie.pattern for lie in lies]])
-        scores = self.model.score(self.logs, self.due, np.maximum(quads, 1)) + SHARE * share
+        share = np.log(self.patterns.share[[embedding.pattern for embedding in embeddings]])
+        scores = (
+            self.model.score(self.logs, self.regular_valence, np.maximum(quads, 1)) + SHARE * share
+        )
         for i in np.argsort(-scores, kind="stable").tolist():
-            lie = lies[i]
+            embedding = embeddings[i]
             if most <= 0:
                 return
-            if lie in self._lies or not quads[i].all():
+            if embedding in self._embeddings or not quads[i].all():
                 continue
             most -= 1
-            self._lies.add(lie)
-            pattern = self.patterns.pattern(lie.pattern)
-            fill = expand_pattern(pattern, lie.widths, mirrored=lie.mirrored)
-            first = self.patterns.first_vertex(lie)
+            self._embeddings.add(embedding)
+            pattern = self.patterns.pattern(embedding.pattern)
+            fill = expand_pattern(pattern, embedding.widths, mirrored=embedding.mirrored)
+            first = self.patterns.first_vertex(embedding)
             for variant in (fill, *_widen_loops(fill)):
-                self._places[lie.pattern] = self._places.get(lie.pattern, 0) + 1
-                yield from self._new(variant, first, n, self._places[lie.pattern])
+                self._places[embedding.pattern] = self._places.get(embedding.pattern, 0) + 1
+                yield from self._new(variant, first, n, self._places[embedding.pattern])
 
     def paved(self) -> Iterator[HoleCandidate]:
         """Yield candidates that are paved ring by ring, of the likeliest assignments: those with
@@ -302,7 +311,7 @@ class HoleSearch:
         n = len(self.logs)
         if self.strokes or n % 2 or n > MOST_EDGES:
             return
-        found: list[tuple[float, QuadRing, Int32Array | Lie | None]] = []
+        found: list[tuple[float, QuadRing, Int32Array | PatternEmbedding | None]] = []
         asked = zip(self.ranked[:RINGED_ASSIGNMENTS], self.scores.tolist(), strict=False)
         for corners, score in asked:
             ring = lay_ring(corners) if self._has_fixed(corners) else None
@@ -316,15 +325,15 @@ class HoleSearch:
             for walk in list_closed_walks(logs, RINGED_WALKS, CLOSED_STEPS):
                 likely = float(logs[at, walk - 1].sum()) + RINGED_REGULAR
                 found.append((score + likely, ring, walk))
-            lies, within = self.patterns.find_lies(logs, RINGED_LIES)
-            for lie, quads in zip(lies, within, strict=True):
+            embeddings, within = self.patterns.enumerate_embeddings(logs, RINGED_EMBEDDINGS)
+            for embedding, quads in zip(embeddings, within, strict=True):
                 likely = float(logs[at, quads - 1].sum())
-                likely += SHARE * float(np.log(self.patterns.share[lie.pattern]))
-                found.append((score + likely, ring, lie))
+                likely += SHARE * float(np.log(self.patterns.share[embedding.pattern]))
+                found.append((score + likely, ring, embedding))
         found.sort(key=lambda one: -one[0])
         for _, ring, within in found[:RINGED]:
             quads = ring.quads
-            if isinstance(within, Lie):
+            if isinstance(within, PatternEmbedding):
                 m, first = len(ring.inner), self.patterns.first_vertex(within)
                 pattern = self.patterns.pattern(within.pattern)
                 quads = expand_pattern(pattern, within.widths, mirrored=within.mirrored).quads
@@ -366,7 +375,7 @@ class HoleSearch:
         yield from self.ask(best, most, strict=False)
         if wide:
             return
-        clamped = np.clip(self.due, 1, 3)
+        clamped = np.clip(self.regular_valence, 1, 3)
         if (clamped != best).any():
             yield from self.ask(clamped, most, strict=False)
 
@@ -453,10 +462,10 @@ class HoleSearch:
         quads, at_loop = turn_quads(fill.quads, first, n)
         if not len(quads) or not self._has_fixed(at_loop):
             return
-        key = self.take_new(quads, fill.n_vertices, n)
+        key = self.take_new(quads, fill.n_vertices)
         if key is None:
             return
-        traits = measure_assignments(self.logs, self.due, at_loop[None])
+        traits = measure_assignments(self.logs, self.regular_valence, at_loop[None])
         frequency, meshes, symmetries = self._fact(fill)
         row = self.patterns.row_of(fill.pattern.id)
         followed = count_followed(quads, fill.n_vertices, n, key, self.mirrors)

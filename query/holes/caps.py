@@ -7,7 +7,7 @@ angles the faces outside leave its plane, and whether they bend towards a dome.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -15,9 +15,9 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from patterndb.geometry.quadshape import NO_AREA
 from query.caprequest import Shape
-from query.holes.loops import Hole, MeshTopology
+from query.holes.loops import Hole
 from query.holes.regular import build_regular_fill
-from query.holes.surroundings import Surroundings
+from query.holes.topology import MeshTopology
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -189,36 +189,6 @@ def _is_dome(walls: OuterSlopes, radius: float) -> bool:
         return False
     depth = float(walls.depth[known].mean())
     return DOME_ROUND[0] <= turn / max(depth, 1e-300) * radius / np.sin(angle) <= DOME_ROUND[1]
-
-
-def unfold(around: Surroundings, plane: RimPlane) -> Surroundings:
-    """Turn what is around a hole into the plane of its boundary, as if the mesh went on there.
-
-    Of the vertices outside only those that edges join to the boundary have a place afterwards: what
-    placing looks at. One that lies in the plane stays; by as much as another is off the plane, it
-    is moved outwards, up to the length of the edges at the vertex of the boundary.
-    """
-    n = len(around.outside)
-    points = plane.project(around.points)
-    height = np.abs((around.points - around.points[:n].mean(axis=0)) @ plane.normal)
-    loop = points[:n]
-    after = np.roll(loop, -1, axis=0) - loop
-    edge = np.linalg.norm(after, axis=1)
-    edge = (edge + np.roll(edge, 1)) / 2
-    outward = np.cross(after, plane.normal)
-    outward += np.roll(outward, 1, axis=0)
-    outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-300)
-    face = np.repeat(np.arange(len(around.offsets) - 1), np.diff(around.offsets))
-    at = np.arange(len(around.corners))
-    following = np.where(at + 1 == around.offsets[face + 1], around.offsets[face], at + 1)
-    ends = np.stack([around.corners, around.corners[following]], axis=1).astype(np.int64)
-    ends = np.concatenate([ends, ends[:, ::-1]])
-    v, w = ends[(ends[:, 0] < n) & (ends[:, 1] >= n)].T
-    moves = np.zeros_like(points)
-    count = np.bincount(w, minlength=len(points))
-    np.add.at(moves, w, outward[v] * np.minimum(height[w], edge[v])[:, None])
-    points = points + moves / np.maximum(count, 1)[:, None]
-    return replace(around, points=points, beyond=np.tile(plane.normal, (n, 1)))
 
 
 #: A boundary turns at a vertex whose angle, in its plane, is off a straight one by more than TURN;

@@ -8,87 +8,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.loops import flood, turn_alike, walk_borders
+from patterndb._native.query.holes.loops import flood, walk_borders
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from query.holes.coincidence import find_coincident_edges
+from query.holes.topology import (
+    MeshTopology,
+    explain_closed,
+    explain_crowded,
+    find_coincident_edges,
+)
 
 #: A mesh with more border loops than this share of its faces is a soup, if more than this share of
 #: its border edges lie on others.
 SOUP = 0.5
 
-#: Edges of more than two faces that a message names.
-CROWDED_NAMED = 3
-
 #: Faces of a mesh that are no island may share a loop's plane by chance; only loops that lie within
 #: another, seen along its normal, and nearer to its plane than this part of its diameter, are told.
 NEAR_PLANE = 0.25
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MeshTopology:
-    """The half-edges of a polygon mesh whose faces are turned alike, component by component.
-
-    mesh:    as it was given; nothing of it is changed.
-    tail, head, face: (h,) int32 of every half-edge, face after face, corner after corner.
-    next, previous: (h,) int32 half-edges of the same face.
-    twin:    (h,) int32 the half-edge that runs the other way, -1 at the border and at edges with
-             more than two faces.
-    flipped: (f,) bool, faces that were read backwards so that neighbours agree.
-    crowded: (h,) bool, half-edges of edges that more than two faces share.
-    start:   (f + 1,) int64 the first half-edge of each face.
-    """
-
-    mesh: PolygonMesh
-    tail: Int32Array
-    head: Int32Array
-    face: Int32Array
-    next: Int32Array
-    previous: Int32Array
-    twin: Int32Array
-    flipped: NDArray[np.bool_]
-    crowded: NDArray[np.bool_]
-    start: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, mesh: PolygonMesh) -> MeshTopology:
-        """Join the faces of a mesh along their edges.
-
-        Faces that a file gives backwards are turned as the first face of their component is,
-        or as most of them are. Raises InvalidMeshError where no two sides can be told apart (a
-        Moebius strip).
-        """
-        arity = mesh.arities()
-        face = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), arity)
-        start = mesh.offsets
-        tail = mesh.corners.astype(np.int32)
-        at = np.arange(len(tail))
-        first, last = start[face], start[face + 1] - 1
-        following = np.where(at == last, first, at + 1)
-        head = tail[following]
-        partner, same_sense, crowded = _pair_edges(tail, head, len(mesh.points))
-        flip, torn = turn_alike(face, partner, same_sense, start)
-        if torn >= 0:
-            raise InvalidMeshError(
-                f"the faces around face {int(face[torn])} cannot all be turned the same way: the "
-                "mesh is one-sided there (a Moebius strip); cut it along an edge"
-            )
-        back = flip[face]
-        preceding = np.empty_like(following)
-        preceding[following] = at
-        return cls(
-            mesh,
-            np.where(back, head, tail).astype(np.int32),
-            np.where(back, tail, head).astype(np.int32),
-            face,
-            np.where(back, preceding, following).astype(np.int32),
-            np.where(back, following, preceding).astype(np.int32),
-            partner,
-            flip,
-            crowded,
-            start,
-        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -156,7 +93,7 @@ def find_holes(mesh: PolygonMesh | MeshTopology) -> list[Hole]:
 
     A loop that runs through a vertex twice is one loop; an open mesh's outer rim is listed too:
     which of the loops are holes only the user can know. A border that ends at an edge of more than
-    two faces is no loop (:func:`query.holes.flaws.list_mesh_flaws` names such edges).
+    two faces is no loop (:func:`query.holes.topology.list_mesh_flaws` names such edges).
 
     Raises InvalidMeshError for a one-sided mesh, where no border is a loop, and for a soup, whose
     faces have vertices of their own.
@@ -193,30 +130,52 @@ def _refuse_soup(topology: MeshTopology, border: NDArray[np.int64]) -> None:
         )
 
 
-def explain_crowded(topology: MeshTopology) -> str:
-    """Name the edges of more than two faces, by their vertices, and what follows from them."""
-    crowded = np.flatnonzero(topology.crowded)
-    ends = np.sort(np.stack([topology.tail[crowded], topology.head[crowded]], axis=1), axis=1)
-    edges, first, count = np.unique(ends, axis=0, return_index=True, return_counts=True)
-    named = "; ".join(
-        f"{a}-{b} ({n} faces, such as face {topology.face[crowded[k]]})"
-        for (a, b), k, n in zip(
-            edges[:CROWDED_NAMED].tolist(), first.tolist(), count.tolist(), strict=False
+def choose_hole(
+    mesh: PolygonMesh | MeshTopology | Hole,
+    *,
+    loop: Sequence[int] | None = None,
+    faces: Iterable[int] | None = None,
+) -> Hole:
+    """Find the hole that is meant: see :func:`fill_holes`.
+
+    Raises InvalidMeshError where that cannot be told, and for a hole with an island.
+    """
+    if isinstance(mesh, Hole):
+        if loop is not None or faces is not None:
+            raise InvalidMeshError("a hole is given; loop and faces would name another")
+        if not len(mesh.removed):
+            _refuse_islands(mesh, find_holes(mesh.topology))
+        return mesh
+    topology = mesh if isinstance(mesh, MeshTopology) else MeshTopology.of(mesh)
+    if loop is not None and faces is not None:
+        raise InvalidMeshError("name a loop or faces, not both")
+    if faces is not None:
+        return hole_of_faces(topology, faces)
+    holes = find_holes(topology)
+    if loop is not None:
+        hole = hole_of_loop(topology, loop)
+    elif len(holes) == 1:
+        (hole,) = holes
+    elif not holes:
+        raise InvalidMeshError(explain_closed(topology))
+    else:
+        sizes = ", ".join(f"{len(h)} edges at vertex {int(h.loop[0])}" for h in holes[:6])
+        raise InvalidMeshError(
+            f"the mesh has {len(holes)} border loops ({sizes}{', ...' if len(holes) > 6 else ''}); "
+            "name a vertex of the one to be filled"
         )
-    )
-    more = "; ..." if len(edges) > CROWDED_NAMED else ""
-    are = "edge has" if len(edges) == 1 else "edges have"
-    return (
-        f"{len(edges):,} {are} more than two faces, between vertices {named}{more}: a border that "
-        "ends there is no loop and cannot be filled; take the faces too many away, or part them"
-    )
+    _refuse_islands(hole, holes)
+    return hole
 
 
-def explain_closed(topology: MeshTopology) -> str:
-    """Say why a mesh without a border has no hole."""
-    if topology.crowded.any():
-        return f"the mesh has no border; {explain_crowded(topology)}"
-    return "the mesh is closed: it has no border, and so no hole; name faces to be made anew"
+def _refuse_islands(hole: Hole, others: Sequence[Hole]) -> None:
+    islands = find_islands(hole, others)
+    if islands:
+        at = int(islands[0].loop[0])
+        raise InvalidMeshError(
+            f"the hole at vertex {int(hole.loop[0])} has an island within: another part of "
+            f"the mesh, with vertex {at}; join it to the rim by a face, or take it out"
+        )
 
 
 def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
@@ -415,29 +374,3 @@ def _count_pieces(
                     left.remove(other)
                     stack.append(other)
     return pieces
-
-
-def _pair_edges(
-    tail: Int32Array, head: Int32Array, n_points: int
-) -> tuple[Int32Array, NDArray[np.bool_], NDArray[np.bool_]]:
-    """Pair the half-edges of every edge that two faces share.
-
-    Returns (h,) the partner or -1, (h,) whether both run the same way, (h,) whether more than
-    two share the edge.
-    """
-    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
-    key = low * max(n_points, 1) + high
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    first = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]]) if len(key) else order
-    count = np.diff(np.r_[first, len(key)])
-    partner = np.full(len(key), -1, np.int32)
-    pairs = first[count == 2]
-    one, two = order[pairs], order[pairs + 1]
-    partner[one], partner[two] = two, one
-    crowded = np.zeros(len(key), np.bool_)
-    crowded[order[np.repeat(count > 2, count)]] = True
-    same = np.zeros(len(key), np.bool_)
-    paired = partner >= 0
-    same[paired] = tail[paired] == tail[partner[paired]]
-    return partner, same, crowded

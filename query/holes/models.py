@@ -15,11 +15,9 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from query.holes.assignments import AssignmentModel
-from query.holes.corners import CornerModel
+from query.holes.corners import AssignmentModel, CornerModel, TreeModel
 from query.holes.patterns import HolePatterns
 from query.holes.ranking import RankingModel, WholeModel
-from query.holes.trees import TreeModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)

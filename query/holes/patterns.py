@@ -1,9 +1,9 @@
-"""Patterns of holes: what artists' fills of holes reduce to, and where each may lie in a loop.
+"""Patterns of holes: what artists' fills of holes reduce to, and their embeddings in a loop.
 
 The database knows patches of a mesh, small ones and convex ones. A hole is grown from a face or a
 vertex, has reflex corners, and its pattern is one of a few thousand that come back from mesh to
 mesh. scripts/train_holes.py cuts holes, reduces them, and counts in how many kinds of meshes each
-pattern was met. Here every pattern is tried in every way that it may lie in a loop: all
+pattern was met. Here every embedding of every pattern in a loop is tried: all
 widths of its polychords, all turns, both hands; by how likely its corners are there, and by how
 often artists make it.
 """
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.patterns import find_lies
+from patterndb._native.query.holes.patterns import enumerate_embeddings
 from patterndb.core import description as d
 from patterndb.core.code import pattern_id
 from patterndb.core.halfedge import Int32Array
@@ -28,7 +28,7 @@ from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Floats
 
-#: Ways to lie that are kept of all that were tried.
+#: Embeddings that are kept of all that were tried.
 KEPT = 250
 
 
@@ -43,8 +43,8 @@ MOST_EDGES = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Lie:
-    """One way that a pattern lies in a loop.
+class PatternEmbedding:
+    """An embedding of a pattern in a loop.
 
     pattern: its row. widths: of its open polychords. turn: the loop's vertex at which the pattern's
     corner 0 lies. mirrored: does the pattern run backwards along the loop?
@@ -115,8 +115,10 @@ class HolePatterns:
             self._made[row] = Pattern.from_trusted_code(code)
         return self._made[row]
 
-    def find_lies(self, logs: Floats, most: int = KEPT) -> tuple[list[Lie], Int32Array]:
-        """Find the likeliest ways in which patterns lie in a loop.
+    def enumerate_embeddings(
+        self, logs: Floats, most: int = KEPT
+    ) -> tuple[list[PatternEmbedding], Int32Array]:
+        """Enumerate the likeliest embeddings of patterns in a loop.
 
         logs: (L, 4) log probabilities of 1 to 4 quads at each vertex. Returns the ways, likeliest
         first, and the quads (c, L) that each has at the loop's vertices.
@@ -129,7 +131,7 @@ class HolePatterns:
         loss[0, :n, 1:] = logs.max(axis=1, keepdims=True) - logs
         loss[1, :n] = loss[0, (-np.arange(n)) % n]
         loss[:, n:] = loss[:, :n]
-        found = find_lies(
+        found = enumerate_embeddings(
             loss,
             n,
             t.first_side,
@@ -143,38 +145,40 @@ class HolePatterns:
         )
         scores, row, turn, mirrored, widths = found
         order = np.argsort(-scores, kind="stable")
-        lies: list[Lie] = []
+        embeddings: list[PatternEmbedding] = []
         quads = np.full((len(order), n), 2, np.int32)
         for at, i in enumerate(order.tolist()):
             p = int(row[i])
             chords = int(t.n_chords[p])
-            lie = Lie(p, tuple(widths[i, :chords].tolist()), int(turn[i]), bool(mirrored[i]))
-            lies.append(lie)
-            places, corners = self._places(lie)
-            quads[at, (lie.turn + (-places if lie.mirrored else places)) % n] = corners
-        return lies, quads
+            embedding = PatternEmbedding(
+                p, tuple(widths[i, :chords].tolist()), int(turn[i]), bool(mirrored[i])
+            )
+            embeddings.append(embedding)
+            places, corners = self._places(embedding)
+            quads[at, (embedding.turn + (-places if embedding.mirrored else places)) % n] = corners
+        return embeddings, quads
 
-    def first_vertex(self, lie: Lie) -> int:
+    def first_vertex(self, embedding: PatternEmbedding) -> int:
         """The loop's vertex that is vertex 0 of the pattern's expansion, turned by 0."""
-        if not lie.mirrored:
-            return lie.turn
+        if not embedding.mirrored:
+            return embedding.turn
         t = self._tables
-        if t.n_sides[lie.pattern] <= 1:
-            return lie.turn - (t.n_sides[lie.pattern] == 0)
-        a = t.first_side[lie.pattern]
+        if t.n_sides[embedding.pattern] <= 1:
+            return embedding.turn - (t.n_sides[embedding.pattern] == 0)
+        a = t.first_side[embedding.pattern]
         edges = t.chord[t.first_edge[a] : t.first_edge[a + 1]]
-        return lie.turn - int(np.array(lie.widths)[edges].sum())
+        return embedding.turn - int(np.array(embedding.widths)[edges].sum())
 
-    def _places(self, lie: Lie) -> tuple[NDArray[np.int64], Int32Array]:
+    def _places(self, embedding: PatternEmbedding) -> tuple[NDArray[np.int64], Int32Array]:
         """Where the pattern's corners lie along its boundary, and the quads at each."""
         t = self._tables
-        a, b = int(t.first_side[lie.pattern]), int(t.first_side[lie.pattern + 1])
-        if t.n_sides[lie.pattern] == 0:
+        a, b = int(t.first_side[embedding.pattern]), int(t.first_side[embedding.pattern + 1])
+        if t.n_sides[embedding.pattern] == 0:
             return np.zeros(0, np.int64), np.zeros(0, np.int32)
         first = int(t.first_edge[a])
         edges = t.chord[first : int(t.first_edge[b])]
         along = np.zeros(len(edges) + 1, np.int64)
-        along[1:] = np.cumsum(np.array(lie.widths)[edges])
+        along[1:] = np.cumsum(np.array(embedding.widths)[edges])
         return along[t.first_edge[a:b] - first], t.corner[a:b]
 
 

@@ -17,9 +17,9 @@ from patterndb._native.query.holes.ranking import measure_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.fill import Fill
+from query.holes.corners import TreeModel
+from query.holes.neighbourhood import Neighbourhood, make_bare_neighbourhood
 from query.holes.shape import MEASURES, place_fill
-from query.holes.surroundings import Surroundings, surround_with_nothing
-from query.holes.trees import TreeModel
 
 #: What is known of a candidate before it is placed.
 FACTS = (
@@ -155,7 +155,7 @@ def tame_numbers(numbers: Floats) -> Floats:
     return np.clip(np.nan_to_num(numbers, nan=0.0, posinf=CLIP, neginf=-CLIP), -CLIP, CLIP)
 
 
-def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
+def list_facts(candidates: list[HoleCandidate], around: Neighbourhood) -> Floats:
     """Return (c, len(FACTS)) float64 of every candidate."""
     n = len(around.outside)
     rows = np.empty((len(candidates), len(FACTS)))
@@ -167,7 +167,9 @@ def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
     of_loop = _describe_loop(around, points)
     for row, candidate in zip(rows, candidates, strict=True):
         quads, n_vertices = candidate.quads, candidate.n_vertices
-        found = measure_quads(quads, n_vertices, around.due, around.asked, ahead, logs)
+        found = measure_quads(
+            quads, n_vertices, around.regular_valence, around.clamped_valence, ahead, logs
+        )
         frequency = candidate.frequency
         row[:7] = (
             candidate.log_corners,
@@ -195,7 +197,7 @@ def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
     return rows
 
 
-def _describe_loop(around: Surroundings, points: Floats) -> tuple[float, ...]:
+def _describe_loop(around: Neighbourhood, points: Floats) -> tuple[float, ...]:
     """Measure what all candidates of a loop share: see FACTS, log_edges to steep."""
     centred = points - points.mean(axis=0)
     size = np.linalg.svd(centred, compute_uv=False)
@@ -204,7 +206,7 @@ def _describe_loop(around: Surroundings, points: Floats) -> tuple[float, ...]:
     return (
         float(np.log(len(points))),
         float((np.abs(around.far_valence) > 0.01).mean()),
-        float((around.due < 1).sum()),
+        float((around.regular_valence < 1).sum()),
         float(size[-1] / max(float(size[0]), 1e-300)),
         float((around.normals @ normal).mean()),
     )
@@ -214,7 +216,7 @@ def measure_plain_fill(fill: Fill, points: Floats) -> Floats:
     """Measure (len(PLAIN),) a fill of a boundary in space (n, 3) that no mesh surrounds."""
     n = len(points)
     valence = np.bincount(fill.quads.ravel(), minlength=fill.n_vertices)
-    around = surround_with_nothing(points, valence[:n].astype(np.int32))
+    around = make_bare_neighbourhood(points, valence[:n].astype(np.int32))
     inner = valence[n:]
     frequency = fill.pattern.frequency
     irregular = int((inner != 4).sum())

@@ -9,28 +9,18 @@ quads are flipped by it.)
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import lapack
-from scipy.sparse import csr_array
-from scipy.sparse.linalg import splu
 
 from patterndb._native.query.holes.shape import laplacian_rows, measure_fill
 from patterndb._native.query.holes.shape import neighbours as _neighbours
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Floats, units
-from query.holes.surroundings import Surroundings
-from query.placing.laplace import solve_harmonic
+from query.holes.neighbourhood import Neighbourhood
+from query.placing.laplace import HeldQuads
+from query.placing.leastsquares import LeastSquares, join_entries, solve_square
 from query.placing.untangle import untangle
-
-#: The library's routines are known at run time only.
-_lapack: Any = lapack
-
-#: Inner vertices up to which a dense solver is faster.
-DENSE = 160
 
 #: What is added to the normal equations' diagonal: loops without surroundings leave a plane open.
 RIDGE = 1e-9
@@ -78,7 +68,7 @@ class PlacedFill:
     flipped: int
 
 
-def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> PlacedFill:
+def place_fill(around: Neighbourhood, quads: Int32Array, n_vertices: int) -> PlacedFill:
     """Place the inner vertices of a fill and measure it.
 
     quads: (q, 4) int32, loop vertices 0..L-1 in order, inner ones L..n_vertices - 1.
@@ -97,13 +87,18 @@ def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> Plac
     for harmonic in (False, True):
         bending = 0.0
         if inner:
-            rows_of = laplacian_rows(points, start, beside, n_outer, n_loop)
-            solve = _solve_dense if inner <= DENSE else _solve_sparse
-            solved, bending = solve(*rows_of, inner, harmonic)
+            *entries, right = laplacian_rows(points, start, beside, n_outer, n_loop)
+            rows = join_entries(*entries, (len(right), inner))
+            if harmonic:
+                solved = solve_square(rows[:inner], right[:inner])
+            else:
+                solved = LeastSquares(rows, RIDGE).solve(right)
+            rest = rows @ solved - right
+            bending = float(np.cumsum(rest * rest)[-1])
             points[n_outer:] = solved
         measures, flipped = _measure_there(around, points, shifted)
-        rows = inner + n_loop
-        measures[BENDING] = np.log(bending / (around.scale**2) / max(rows, 1) + 1e-6)
+        n_rows = max(inner + n_loop, 1)
+        measures[BENDING] = np.log(bending / (around.scale**2) / n_rows + 1e-6)
         if placed is None or flipped < placed.flipped:
             placed = PlacedFill(points[n_outer:].copy(), measures, flipped)
         if not flipped or not inner:
@@ -112,20 +107,20 @@ def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> Plac
     return placed
 
 
-def mend_fill(around: Surroundings, quads: Int32Array, placed: PlacedFill) -> PlacedFill:
+def mend_fill(around: Neighbourhood, quads: Int32Array, placed: PlacedFill) -> PlacedFill:
     """Untangle a fill that has quads turned over, if fewer are then; its measures stay."""
     n, n_vertices = len(around.outside), len(around.outside) + len(placed.points)
     if not placed.flipped or not len(placed.points):
         return placed
-    neighbours = Neighbours.of(quads, n_vertices, n)
+    held = HeldQuads.of(quads, n_vertices, n)
     vertices = np.vstack([around.points[:n], placed.points])
-    normals = units(solve_harmonic(neighbours, around.normals))
-    points = untangle(quads, vertices, normals, n, neighbours)[n:]
+    normals = units(held.place_harmonic(around.normals))
+    points = untangle(held, vertices, normals)[n:]
     flipped = count_flipped(around, quads, points)
     return PlacedFill(points, placed.measures, flipped) if flipped < placed.flipped else placed
 
 
-def count_flipped(around: Surroundings, quads: Int32Array, inner: Floats) -> int:
+def count_flipped(around: Neighbourhood, quads: Int32Array, inner: Floats) -> int:
     """Count the quads of a fill that are turned over where its inner vertices (k, 3) lie."""
     n_loop, n_outer = len(around.outside), len(around.points)
     shifted = np.where(quads >= n_loop, quads - n_loop + n_outer, quads).astype(np.int64)
@@ -133,7 +128,7 @@ def count_flipped(around: Surroundings, quads: Int32Array, inner: Floats) -> int
 
 
 def _measure_there(
-    around: Surroundings, points: Floats, quads: NDArray[np.int64]
+    around: Neighbourhood, points: Floats, quads: NDArray[np.int64]
 ) -> tuple[Floats, int]:
     """Measure a fill by the points of the mesh around and its own after them."""
     return measure_fill(
@@ -148,50 +143,3 @@ def _measure_there(
         around.scale,
         around.area,
     )
-
-
-def _solve_dense(
-    row: NDArray[np.int64],
-    column: NDArray[np.int64],
-    weight: Floats,
-    right: Floats,
-    inner: int,
-    harmonic: bool,
-) -> tuple[Floats, float]:
-    a = np.zeros((len(right), inner))
-    np.add.at(a.reshape(-1), row * inner + column, weight)
-    if harmonic:
-        solved = _solve_square(a[:inner], right[:inner])
-    else:
-        m = a.T @ a
-        m[np.diag_indices(inner)] += RIDGE
-        solved = _solve_square(m, a.T @ right)
-    rest = a @ solved - right
-    return solved, float(np.cumsum(rest * rest)[-1])
-
-
-def _solve_square(a: Floats, right: Floats) -> Floats:
-    """Solve a square system. LAPACK is SciPy's: NumPy's has other last digits."""
-    _, _, solved, singular = _lapack.dgesv(a, right)
-    if singular:
-        raise np.linalg.LinAlgError("Singular matrix")
-    return solved
-
-
-def _solve_sparse(
-    row: NDArray[np.int64],
-    column: NDArray[np.int64],
-    weight: Floats,
-    right: Floats,
-    inner: int,
-    harmonic: bool,
-) -> tuple[Floats, float]:
-    a = csr_array((weight, (row, column)), shape=(len(right), inner))
-    if harmonic:
-        solved = splu(a[:inner].tocsc()).solve(right[:inner])
-    else:
-        m = (a.T @ a).tocsc()
-        m.setdiag(m.diagonal() + RIDGE)
-        solved = splu(m).solve(a.T @ right)
-    rest = a @ solved - right
-    return solved, float((rest * rest).sum())

@@ -1,9 +1,11 @@
 """Placing: where the vertices of a fill lie, in the plane, in space or on a surface.
 
 Read strands (the strips of quads that strokes pull), laplace (interior vertices at the means of
-their neighbours), region (what a boundary encloses on a surface), projection (rounds of smoothing
-and projection), untangle (flipped quads), flow (how well strands follow strokes), and placement,
-which has :func:`place`. Placing takes whatever has a fill's quads and sides
+their neighbours), leastsquares (other linear systems), region (what a boundary encloses on a
+surface), projection (surfaces and planes to be placed on, rounds of smoothing and projection),
+untangle (flipped quads), flow (how well strands follow strokes), and placement, which has
+:func:`place`. Fills of holes, retopology, drafts and grids of parallelograms are placed by the same
+steps. Placing takes whatever has a fill's quads and sides
 (:class:`query.placing.strands.SidedDisk`), and knows nothing of patterns.
 
 Names are loaded when they are asked for: scipy, which only some need, takes a moment.

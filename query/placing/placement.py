@@ -10,34 +10,36 @@ keeping the coordinates of the one before.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse import csc_array, vstack
-from scipy.sparse.linalg import splu
 
 from patterndb.errors import InvalidBoundaryError
-from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points, as_points
-from patterndb.geometry.quadshape import flipped, own_normals, plane_normal
+from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface, Triangles
 from query.errors import InvalidQueryError
 from query.placing.flow import Following, follow_strokes
-from query.placing.laplace import solve_centred, solve_harmonic
+from query.placing.laplace import HeldQuads
+from query.placing.leastsquares import LeastSquares
 from query.placing.projection import (
     AT_REST,
-    find_normals,
+    Projector,
+    SpaceProjector,
+    SurfaceProjector,
     lay_on_disk,
     lay_on_region,
+    make_projector,
     settle,
     settle_whole,
 )
 from query.placing.region import Region, enclose_region
 from query.placing.strands import SidedDisk, locate_edge
-from query.placing.untangle import REACHES, UNMOVED, untangle
+from query.placing.untangle import REACHES, UNMOVED, Mended, MendOptions, mend
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
@@ -202,7 +204,7 @@ def pull_placed(
     the others.
     """
     placing = _Placing(fill, vertices[: fill.perimeter], None)
-    drawn = follow_strokes(fill, vertices, strokes, tolerance, placing.beside)
+    drawn = follow_strokes(fill, vertices, strokes, tolerance, placing.net.neighbours)
     return placing.pull(vertices, [one for one in drawn if one is not None])[0]
 
 
@@ -212,15 +214,17 @@ class _Placing:
     def __init__(self, fill: SidedDisk, points: Points, region: Region | None) -> None:
         self.fill = fill
         self.points = points
-        self.quads = np.ascontiguousarray(fill.quads)
-        self.beside = Neighbours.of(self.quads, fill.n_vertices, fill.perimeter)
-        self.plane = plane_normal(points)
+        self.net = HeldQuads.of(fill.quads, fill.n_vertices, fill.perimeter)
         self.region = region
+        self.projector = make_projector(self.net, points, region)
         self.rounds, self.residual = 0, 0.0
 
     def run(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
-        vertices = self._place()
-        before = follow_strokes(self.fill, vertices, strokes, tolerance, self.beside)
+        if isinstance(self.projector, SurfaceProjector):
+            vertices = self._settle(self.projector)
+        else:
+            vertices = self._flatten()
+        before = follow_strokes(self.fill, vertices, strokes, tolerance, self.net.neighbours)
         vertices, pull = self.pull(vertices, [one for one in before if one is not None])
         after = [
             None if one is None else Following.between(one.stroke, one.edges, vertices)
@@ -231,9 +235,10 @@ class _Placing:
             inner = vertices[len(self.points) :]
             gaps = self.region.surface.nearest(inner).points - inner
             off = float(np.linalg.norm(gaps, axis=1).max())
+        normals = self.projector.find_normals(vertices)
         return Placement(
             vertices=vertices,
-            flipped=np.flatnonzero(self._find_flipped(vertices)).astype(np.int32),
+            flipped=np.flatnonzero(flipped(self.net.quads, vertices, normals)).astype(np.int32),
             rounds=self.rounds,
             residual=self.residual,
             off_surface=off,
@@ -243,48 +248,46 @@ class _Placing:
             pull=pull,
         )
 
-    def _normals(self, vertices: Points) -> Points:
-        """(v, 3) what the quads are seen along."""
-        if self.region is not None:
-            return find_normals(self.region.surface, self.beside, vertices)
-        if self.plane is not None:
-            return np.tile(self.plane, (len(vertices), 1))
-        return own_normals(self.quads, vertices, self.beside)
-
-    def _find_flipped(self, vertices: Points) -> NDArray[np.bool_]:
-        return flipped(self.quads, vertices, self._normals(vertices))
-
     def _count_flipped(self, vertices: Points) -> int:
         """How many quads are flipped."""
-        return int(self._find_flipped(vertices).sum())
+        normals = self.projector.find_normals(vertices)
+        return int(flipped(self.net.quads, vertices, normals).sum())
 
-    def _place(self) -> Points:
-        """Where the vertices lie without strokes."""
-        if self.region is None:
-            return self._flat(self._mend(solve_harmonic(self.beside, self.points), hope=1.0))
-        surface, p = self.region.surface, len(self.points)
-        start = lay_on_region(self.region, self.beside, self.points)
-        first = settle(surface, self.beside, start, p, TRIAL)
+    def _flatten(self) -> Points:
+        """The vertices where no surface is given."""
+        best = self._mend(self.net.place_harmonic(self.points), hope=1.0)
+        is_planar = isinstance(self.projector, SpaceProjector) and self.projector.plane is not None
+        if best.flipped and is_planar:
+            tried = self.net.place_centred(self.points)
+            if self._count_flipped(tried) < best.flipped:
+                return tried
+        return best.vertices
+
+    def _settle(self, projector: SurfaceProjector) -> Points:
+        """The vertices on a surface, without strokes."""
+        assert self.region is not None
+        start = lay_on_region(self.region, self.net, self.points)
+        first = settle(projector, start, TRIAL)
         self.rounds, self.residual = first.rounds, first.move
         best, wrong = first.vertices, self._count_flipped(first.vertices)
         if not wrong:
-            rest = settle(surface, self.beside, best, p) if first.move >= AT_REST else first
+            rest = settle(projector, best) if first.move >= AT_REST else first
             if not self._count_flipped(rest.vertices):
                 self.rounds += 0 if rest is first else rest.rounds
                 self.residual = rest.move
                 return rest.vertices
             # A net over far more than half of a ball slips off and turns inside out: it goes on
             # as far as it stays whole.
-        elif wrong <= max(FEW, ALL_OVER * len(self.quads)):
-            best = self._mend(best, NEAR)
-            wrong = self._count_flipped(best)
+        elif wrong <= max(FEW, ALL_OVER * len(self.net.quads)):
+            mended = self._mend(best, NEAR)
+            best, wrong = mended.vertices, mended.flipped
         if wrong:
-            return self._unfold(best, wrong)
-        rest = settle_whole(surface, self.quads, self.beside, best, p)
+            return self._unfold(projector, best, wrong)
+        rest = settle_whole(projector, best)
         self.rounds, self.residual = self.rounds + rest.rounds, rest.move
         return rest.vertices
 
-    def _unfold(self, vertices: Points, wrong: int) -> Points:
+    def _unfold(self, projector: SurfaceProjector, vertices: Points, wrong: int) -> Points:
         """The placing with the fewest flipped quads: ``vertices``, which have ``wrong``, or fill
         and region laid on one disk, which folds nowhere; untangled.
 
@@ -293,74 +296,49 @@ class _Placing:
         """
         assert self.region is not None
         best, fewest = vertices, wrong
-        spread = lay_on_disk(self.region, self.beside, self.points)
+        spread = lay_on_disk(self.region, self.net, self.points)
         if spread is not None:
-            spread = self._mend(spread)
-            remain = self._count_flipped(spread)
-            if remain < fewest:
-                best, fewest = spread, remain
-        if fewest and (spread is None or len(self.quads) <= SMALL):
+            mended = self._mend(spread)
+            if mended.flipped < fewest:
+                best, fewest = mended.vertices, mended.flipped
+        if fewest and (spread is None or len(self.net.quads) <= SMALL):
             # Where the region is no disk there is only the net as it settles.
-            rest = settle(self.region.surface, self.beside, vertices, len(self.points))
-            tried = self._mend(rest.vertices, hope=np.inf)
-            remain = self._count_flipped(tried)
-            if remain < fewest:
+            rest = settle(projector, vertices)
+            mended = self._mend(rest.vertices, hope=np.inf)
+            if mended.flipped < fewest:
                 self.rounds, self.residual = self.rounds + rest.rounds, rest.move
-                return tried
+                return mended.vertices
         self.residual = max(self.residual, AT_REST)
         return best
 
     def _mend(
         self, vertices: Points, reaches: Sequence[int] = REACHES, hope: float = HOPE
-    ) -> Points:
+    ) -> Mended:
         """The vertices with as few flipped quads as can be found."""
-        p = len(self.points)
+        normals = self.projector.find_normals(vertices)
+        wrong = int(flipped(self.net.quads, vertices, normals).sum())
         still = UNMOVED * float(np.linalg.norm(np.ptp(self.points, axis=0)))
-        best, fewest = vertices, self._count_flipped(vertices)
-        at = best
-        for _ in range(UNTANGLINGS):
-            if fewest == 0:
-                break
-            normals, before = self._normals(at), at
-            at = untangle(self.quads, at, normals, p, self.beside, reaches)
-            if self.region is not None:
-                at[p:] = self.region.surface.along(at[p:], normals[p:]).points
-            remain = self._count_flipped(at)
-            hopeless = remain > hope * fewest and len(self.quads) > SMALL
-            if remain < fewest:
-                best, fewest = at, remain
-            if hopeless or float(np.abs(at - before).max(initial=0.0)) <= still:
-                break
-        return best
+        hope = hope if len(self.net.quads) > SMALL else np.inf
+        options = MendOptions(UNTANGLINGS, still, reaches, hope)
+        return mend(self.net, Mended(vertices, normals, wrong), self._reproject, options)
 
-    def _flat(self, vertices: Points) -> Points:
-        """The vertices, or others with fewer flipped quads where the boundary is planar."""
-        fewest = self._count_flipped(vertices)
-        if fewest and self.plane is not None:
-            tried = solve_centred(self.quads, self.beside, self.points)
-            if self._count_flipped(tried) < fewest:
-                return tried
-        return vertices
+    def _reproject(self, before: Points, moved: Points, normals: Points) -> tuple[Points, Points]:
+        p = self.net.n_held
+        moved[p:] = self.projector.project(moved[p:], normals[p:])
+        return moved, self.projector.find_normals(moved)
 
     def pull(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
         """The vertices with strands on their strokes, and the part of the way they went."""
         allowed = self._count_flipped(vertices)
         for part in PULLS if drawn else ():
             partly = [one.partly(vertices, part) for one in drawn]
-            moved = pull_strands(self.beside, vertices, len(self.points), partly, self._project)
-            moved = self._mend(moved)
-            if self._count_flipped(moved) > allowed:
+            mended = self._mend(pull_strands(self.net, vertices, partly, self.projector))
+            if mended.flipped > allowed:
                 continue
             # Strands that are pulled apart, held back or mended may end where none wanted them.
-            if not any(is_farther(one, moved) for one in drawn):
-                return moved, part
+            if not any(is_farther(one, mended.vertices) for one in drawn):
+                return mended.vertices, part
         return vertices, 0.0
-
-    def _project(self, before: Points, moved: Points) -> Points:
-        if self.region is None:
-            return moved
-        normals = find_normals(self.region.surface, self.beside, before)
-        return self.region.surface.along(moved, normals).points
 
 
 def is_farther(one: Following, vertices: Points) -> bool:
@@ -391,49 +369,33 @@ PULL_AT_REST = 1e-4
 
 
 def pull_strands(
-    beside: Neighbours,
-    vertices: Points,
-    perimeter: int,
-    followed: Sequence[Following],
-    project: Callable[[Points, Points], Points],
+    net: HeldQuads, vertices: Points, followed: Sequence[Following], projector: Projector
 ) -> Points:
     """(v, 3) the vertices with every strand's midpoints near their targets.
 
     followed: strands and targets; boundary vertices, and so the ends of open strands, stay.
-    project: takes (v, 3) vertices before and after a round to the surface; the boundary's
-    are put back anyway.
     """
-    p, v = perimeter, len(vertices)
+    p, v = net.n_held, len(vertices)
     edges = np.concatenate([one.edges for one in followed])
     targets = np.concatenate([one.targets for one in followed])
     held = (edges >= p).any(axis=1)
     edges, targets = edges[held], targets[held]
     if v == p or len(edges) == 0:
         return vertices
-    degree = np.diff(beside.start)
-    row = np.repeat(np.arange(v), degree)
-    laplacian = csc_array(
-        (
-            np.r_[np.ones(v), -1.0 / degree[row]],
-            (np.r_[np.arange(v), row], np.r_[np.arange(v), beside.neighbour]),
-        ),
-        shape=(v, v),
-    )[p:, p:]
     count = np.arange(len(edges))
     middle = csc_array(
         (np.full(2 * len(edges), 0.5), (np.r_[count, count], edges.T.ravel())),
         shape=(len(edges), v),
     )
-    system: Any = vstack([laplacian, PULL * middle[:, p:]], format="csc")
-    factor = splu((system.T @ system).tocsc())
+    rows = [net.build_laplacian()[p:, p:], PULL * middle[:, p:]]
+    system = LeastSquares(vstack(rows, format="csc"))
     diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     at = vertices
     for _ in range(PULL_ROUNDS):
         wanted = PULL * (targets - at[edges].mean(axis=1))
-        right = np.concatenate([np.zeros((v - p, 3)), wanted])
         moved = at.copy()
-        moved[p:] += factor.solve(system.T @ right)
-        moved = project(at, moved)
+        moved[p:] += system.solve(np.concatenate([np.zeros((v - p, 3)), wanted]))
+        moved = projector.project(moved, projector.find_normals(at))
         moved[:p] = vertices[:p]
         largest = float(np.linalg.norm(moved - at, axis=1).max())
         at = moved

@@ -14,7 +14,8 @@ ends.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points, tangents, units
 from patterndb.geometry.quadshape import flipped
+from query.placing.laplace import HeldQuads
 
 #: Edges from a flipped quad within which vertices may move, tried in this order; the last
 #: stands for all.
@@ -41,20 +43,16 @@ UNMOVED = 1e-12
 
 
 def untangle(
-    quads: Int32Array,
-    vertices: Points,
-    normals: Points,
-    fixed: int,
-    beside: Neighbours,
-    reaches: Sequence[int] = REACHES,
+    net: HeldQuads, vertices: Points, normals: Points, reaches: Sequence[int] = REACHES
 ) -> Points:
     """(v, 3) vertices with as few flipped quads as can be found, from those given.
 
-    normals: (v, 3) unit normals, see :func:`patterndb.geometry.quadshape.flipped`. Vertices before
-    ``fixed`` do not move, others only in the plane across their normal, and no further than one of
-    ``reaches`` from a flipped quad, the first that will do. Where no quad is flipped the vertices
-    come back as they are.
+    normals: (v, 3) unit normals, see :func:`patterndb.geometry.quadshape.flipped`. Held vertices do
+    not move, others only in the plane across their normal, and no further than one of ``reaches``
+    from a flipped quad, the first that will do. Where no quad is flipped the vertices come back as
+    they are.
     """
+    quads, beside = net.quads, net.neighbours
     at = np.ascontiguousarray(vertices.copy())
     wrong = flipped(quads, at, normals)
     frames = tangents(normals)
@@ -63,7 +61,7 @@ def untangle(
         if not wrong.any():
             break
         free = _within(quads, wrong, reach, beside)
-        free[:fixed] = False
+        free[: net.n_held] = False
         if not free.any():
             continue
         wanted = _wanted(quads, free, beside)
@@ -76,6 +74,56 @@ def untangle(
             _open(quads[tangle], at, normals, frames, up[tangle], free, wanted[tangle], left)
             wrong[tangle] = flipped(quads[tangle], at, normals)
     return at
+
+
+#: Takes (v, 3) vertices before and after untangling, and the normals (v, 3) along which they moved;
+#: returns the vertices projected, and the normals there.
+Reproject = Callable[[Points, Points, Points], tuple[Points, Points]]
+
+
+@dataclass(frozen=True, slots=True)
+class MendOptions:
+    """How long untangling and projecting alternate.
+
+    rounds: at most. reaches: see :func:`untangle`. hope: a round that leaves more than this part of
+    the flipped quads is the last. still: so is one that moves no vertex further than this.
+    """
+
+    rounds: int
+    still: float
+    reaches: Sequence[int] = REACHES
+    hope: float = np.inf
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mended:
+    """vertices, normals: (v, 3) float64 those with the fewest flipped quads; flipped: how many."""
+
+    vertices: Points
+    normals: Points
+    flipped: int
+
+
+def mend(net: HeldQuads, start: Mended, reproject: Reproject, options: MendOptions) -> Mended:
+    """Untangle and project in turn, for projecting may flip quads again.
+
+    start: vertices, their normals, and the number of flipped quads that another placing must be
+    below.
+    """
+    best, at, normals = start, start.vertices, start.normals
+    for _ in range(options.rounds):
+        if not best.flipped:
+            break
+        before = at
+        moved = untangle(net, at, normals, options.reaches)
+        at, normals = reproject(before, moved, normals)
+        remain = int(flipped(net.quads, at, normals).sum())
+        hopeless = remain > options.hope * best.flipped
+        if remain < best.flipped:
+            best = Mended(at, normals, remain)
+        if hopeless or float(np.abs(at - before).max(initial=0.0)) <= options.still:
+            break
+    return best
 
 
 def _open(

@@ -36,7 +36,8 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Node, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
-from query.placing.untangle import UNMOVED, untangle
+from query.placing.laplace import HeldQuads
+from query.placing.untangle import UNMOVED, Mended, MendOptions, mend
 
 #: Rounds, and after how many the surface's far points are looked for anew.
 ROUNDS, LOOKED_FOR = 20, 5
@@ -220,26 +221,24 @@ class _Fit:
         name[order] = np.arange(len(order), dtype=np.int32)
         quads = np.ascontiguousarray(name[all_quads[chosen]])
         fixed = int((~free[used]).sum())
-        beside = Neighbours.of(quads, len(order), 0)
-        at, up = self.at[order], self.normals[order]
-        for _ in range(UNTANGLINGS):
-            before = at
-            at = untangle(quads, at, up, fixed, beside)
-            there = self.surface.nearest_facing(at[fixed:], up[fixed:])
+        # What is held is no boundary, so that the neighbours are those of quads alone.
+        net = HeldQuads(quads, fixed, Neighbours.of(quads, len(order), 0))
+        options = MendOptions(UNTANGLINGS, UNMOVED * self.surface.diagonal)
+
+        def reproject(before: Points, moved: Points, up: Points) -> tuple[Points, Points]:
+            there = self.surface.nearest_facing(moved[fixed:], up[fixed:])
             came, turned = there.points.copy(), there.normals.copy()
             # What leaps lands on the other side of thin plates.
             leaps = np.linalg.norm(came - before[fixed:], axis=1) > LONGEST_LEAP * self.sizes.edge
             leaps |= np.einsum("vc,vc->v", turned, up[fixed:]) < 0.0
             came[leaps], turned[leaps] = before[fixed:][leaps], up[fixed:][leaps]
-            up = up.copy()
-            at[fixed:], up[fixed:] = came, turned
-            left = int(flipped(quads, at, up).sum())
-            if left < fewest:
-                fewest = left
-                self.at, self.normals = self.at.copy(), self.normals.copy()
-                self.at[order], self.normals[order] = at, up
-            if not fewest or float(np.abs(at - before).max()) <= UNMOVED * self.surface.diagonal:
-                break
+            return np.concatenate([moved[:fixed], came]), np.concatenate([up[:fixed], turned])
+
+        start = Mended(self.at[order], self.normals[order], fewest)
+        mended = mend(net, start, reproject, options)
+        if mended is not start:
+            self.at, self.normals = self.at.copy(), self.normals.copy()
+            self.at[order], self.normals[order] = mended.vertices, mended.normals
 
     def _find_around(self, quads: Int32Array) -> NDArray[np.bool_]:
         """(v,) which vertices are no more than some edges off some quads."""

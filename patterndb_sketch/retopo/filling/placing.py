@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
-from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.quadshape import flipped
@@ -32,7 +31,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.regions import explain_region
 from query.fill import Fill
 from query.placing import enclose_region, place
-from query.placing.laplace import solve_harmonic
+from query.placing.laplace import HeldQuads
 
 
 def divide_lengths(chain: Chain, density: Density = EVEN) -> NDArray[np.float64]:
@@ -191,9 +190,9 @@ def place_between(network: Network, surface: Ground, patch: Patch) -> PlacedPatc
     if choice is None:
         raise ValueError(f"patch {patch.id} has no fill yet")
     n = choice.perimeter
-    neighbours = Neighbours.of(choice.faces, choice.n_vertices, n)
-    points = solve_harmonic(neighbours, lay_border(network, patch, surface))
-    up = solve_harmonic(neighbours, trace_border(network, patch)[1])
+    net = HeldQuads.of(choice.faces, choice.n_vertices, n)
+    points = net.place_harmonic(lay_border(network, patch, surface))
+    up = net.place_harmonic(trace_border(network, patch)[1])
     if choice.n_vertices > n:
         there = surface.nearest_facing(points[n:], units(up[n:]))
         points[n:], up[n:] = there.points, there.normals

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
@@ -24,7 +23,7 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
 from query.identity import is_mesh
-from query.placing.laplace import solve_harmonic
+from query.placing.laplace import HeldQuads
 from query.solving.solve import find_solutions
 from query.solving.systems import Chords
 
@@ -187,7 +186,7 @@ def _lay(
 ) -> tuple[Int32Array, Points]:
     """Quads and vertices of the pattern with these widths, cheaply placed."""
     quads, n_vertices = expansion.quads(widths.tolist())
-    return quads, solve_harmonic(Neighbours.of(quads, n_vertices, len(points)), points)
+    return quads, HeldQuads.of(quads, n_vertices, len(points)).place_harmonic(points)
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:

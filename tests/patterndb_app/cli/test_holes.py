@@ -14,7 +14,7 @@ from ingest.formats import read_mesh, write_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb_app.cli import EXIT_BAD_INPUT, EXIT_NOTHING, EXIT_USAGE
 from query.holes import MeshTopology, find_holes
-from query.holes.twin import prepare_twins
+from query.holes.symmetry import prepare_twins
 from tests.support.cli.commandline import assert_refused, run
 from tests.support.shared import CHECKOUT
 
@@ -249,17 +249,17 @@ def test_odd_holes_have_ways_out(learned: Path, tmp_path: Path) -> None:
     result = run("holes", odd, "--loop", NOSE, "-o", tmp_path / "out.obj", "--db", learned)
     assert_refused(result, EXIT_BAD_INPUT, "odd number")
     assert not (tmp_path / "out.obj").exists()
-    for kind in ("triangle", "lead", "split", "merge"):
+    for kind in ("triangle", "edge-loop", "split", "merge"):
         output = tmp_path / f"{kind}.obj"
         result = run("holes", odd, "--loop", NOSE, "--odd", kind, "-o", output, "--db", learned)
         assert result.code == 0 and "made even" in result.err
         assert len(find_holes(read_mesh(output))) == 2
     result = run("holes", odd, "--all", "-o", tmp_path / "all.obj", "--db", learned)
     assert result.code == 0 and "left open: the hole of 17 edges" in result.err
-    assert "ways out that --odd takes: triangle, lead, split, merge" in result.err
+    assert "ways out that --odd takes: triangle, edge-loop, split, merge" in result.err
     for names in (["--all"], ["--loop", NOSE, "--loop", NECK, "--loop", CHEEK]):
         output = tmp_path / "closed.obj"
-        result = run("holes", odd, *names, "--odd", "lead", "-o", output, "--db", learned)
+        result = run("holes", odd, *names, "--odd", "edge-loop", "-o", output, "--db", learned)
         assert result.code == 0 and result.err.count("made even") == 1
         assert "left open" not in result.err and find_holes(read_mesh(output)) == []
 

@@ -24,8 +24,9 @@ from query.engine import PatternSource
 from query.errors import InvalidQueryError
 from query.holes import Hole, HoleFill, MeshTopology, fill_holes, find_holes, hole_of_faces
 from query.holes.caps import RimPlane, find_cap, list_cap_quads
-from query.holes.laying import HoleGround
-from query.holes.surroundings import look_around
+from query.holes.neighbourhood import extract_neighbourhood
+from query.holes.options import HoleOptions
+from query.holes.projection import HoleProjector
 from query.holes.symmetry import MOST_MIRRORS, find_mirrors
 from tests.support.shared import CHECKOUT
 
@@ -226,7 +227,7 @@ def test_a_cap_that_is_not_a_circle_is_a_grid(
     fill = next(fill_holes(source, hole, twins=False))
     assert fill.flat and not fill.flipped and (fill.corners == 1).sum() == 4
     assert fill.n_quads == n_quads or not n_quads
-    mirrors = find_mirrors(hole.points, look_around(hole).due)
+    mirrors = find_mirrors(hole.points, extract_neighbourhood(hole).regular_valence)
     kept = [(fill.corners == fill.corners[(s - np.arange(n)) % n]).all() for s in mirrors.tolist()]
     assert any(kept) or not kept
 
@@ -431,10 +432,12 @@ def test_moving_turning_and_scaling_change_nothing(
     seen: list[tuple[bool, list[Any], list[NDArray[np.float64]]]] = []
     for at in (points, moved):
         hole = top_hole_of(PolygonMesh(at, mesh.corners, mesh.offsets), n * (len(profile) - 1))
-        around, plane = look_around(hole), RimPlane.of(hole.points)
-        listed = list_cap_quads(hole.points, plane, find_mirrors(hole.points, around.due))
-        ground = HoleGround.make(around, None, plane, 0.0, (), 1)
-        laid = [ground.lay(quads, np.zeros((int(quads.max()) + 1 - n, 3))) for quads in listed]
+        around, plane = extract_neighbourhood(hole), RimPlane.of(hole.points)
+        listed = list_cap_quads(
+            hole.points, plane, find_mirrors(hole.points, around.regular_valence)
+        )
+        projector = HoleProjector.of(hole, around, HoleOptions(shape="flat"))
+        laid = [projector.place(quads, int(quads.max()) + 1)[0] for quads in listed]
         seen.append((find_cap(hole) is not None, [quads.tolist() for quads in listed], laid))
     assert seen[0][:2] == seen[1][:2]
     for before, after in zip(seen[0][2], seen[1][2], strict=True):

@@ -28,21 +28,31 @@ from query.holes import (
     find_holes,
     hole_of_faces,
     hole_of_loop,
-    list_even_ways,
     list_mesh_flaws,
+    list_parity_fixes,
     weld_fills,
 )
-from query.holes.assignments import TRAITS, list_assignments, measure_assignments
-from query.holes.context import N_HOLE_FEATURES, measure_hole, mirror_hole
-from query.holes.laying import LoopDisk
+from query.holes.corners import TRAITS, TreeModel, list_assignments, measure_assignments
+from query.holes.features import (
+    N_FEATURES,
+    N_HOLE_FEATURES,
+    measure_hole,
+    measure_loop,
+    mirror_features,
+    mirror_hole,
+)
 from query.holes.models import shipped_models
+from query.holes.neighbourhood import HoleRim, extract_neighbourhood
+from query.holes.projection import LoopDisk
 from query.holes.ranking import NAMES, tame_numbers
-from query.holes.rim import HoleRim
 from query.holes.shape import PlacedFill, count_flipped, mend_fill
-from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
-from query.holes.symmetry import count_followed, find_mirrors, follow_mirrors
-from query.holes.trees import TreeModel
-from query.holes.twin import find_rest, prepare_twins
+from query.holes.symmetry import (
+    count_followed,
+    find_mirrors,
+    find_rest,
+    follow_mirrors,
+    prepare_twins,
+)
 from query.identity import hash_quads
 from query.placing import measure_flow_distance
 from tests.support.shared import CHECKOUT
@@ -104,8 +114,8 @@ def test_loops_of_a_grid() -> None:
     # As the quads within will run: counter-clockwise, while the rim runs clockwise.
     area = np.cross(inner.points, np.roll(inner.points, -1, axis=0)).sum(axis=0)[2]
     assert area > 0 and inner.length == 8.0 and inner.centre.tolist() == [3.0, 3.0, 0.0]
-    around = look_around(inner)
-    assert sorted(around.asked.tolist()) == [1, 1, 1, 1, 2, 2, 2, 2]
+    around = extract_neighbourhood(inner)
+    assert sorted(around.clamped_valence.tolist()) == [1, 1, 1, 1, 2, 2, 2, 2]
     assert around.scale == 1.0 and measure_loop(inner, around).shape == (8, N_FEATURES)
     turned = hole_of_loop(MeshTopology.of(HOLED), [int(inner.loop[3]), int(inner.loop[1])])
     assert turned.loop[0] == inner.loop[3] and set(turned.loop) == set(inner.loop)
@@ -248,8 +258,16 @@ def test_selected_faces_and_the_hole_that_they_leave_are_one(
     assume(len(left) == 1 and len(left[0]) == len(selected))
     (open_hole,) = left
     assert open_hole.loop.tolist() == selected.loop.tolist()
-    one, two = look_around(selected), look_around(open_hole)
-    for name in ("points", "due", "asked", "normals", "angle_outside", "spokes", "far_valence"):
+    one, two = extract_neighbourhood(selected), extract_neighbourhood(open_hole)
+    for name in (
+        "points",
+        "regular_valence",
+        "clamped_valence",
+        "normals",
+        "angle_outside",
+        "spokes",
+        "far_valence",
+    ):
         assert np.array_equal(getattr(one, name), getattr(two, name), equal_nan=True), name
     assert np.array_equal(measure_hole(selected, one), measure_hole(open_hole, two))
     fills = [list(fill_holes(source, hole, limit=3)) for hole in (selected, open_hole)]
@@ -322,7 +340,7 @@ def test_quads_around_a_thin_rim_are_not_flipped_and_those_folded_back_are(
     own = hole_of_faces(MeshTopology.of(grid(6)), [14, 15, 20, 21])
     assert (own.loop == inner.loop).all()
     fill = next(fill_holes(source, inner, twins=False))
-    around = look_around(inner)
+    around = extract_neighbourhood(inner)
     assert fill.n_quads == 4 and count_flipped(around, fill.local, fill.points) == 0
     for off in ([2.5, 0.0, 0.0], [2.5, 2.5, 0.0], [-9.0, 0.0, 0.0]):
         assert count_flipped(around, fill.local, fill.points + off) > 0
@@ -331,7 +349,7 @@ def test_quads_around_a_thin_rim_are_not_flipped_and_those_folded_back_are(
 def test_flipped_quads_are_mended(source: PatternSource) -> None:
     inner = find_holes(OPENED)[0]
     fill = next(fill_holes(source, inner, twins=False))
-    around, points = look_around(inner), fill.points.copy()
+    around, points = extract_neighbourhood(inner), fill.points.copy()
     points[4] += [1.3, 1.2, 0.0]
     flipped = count_flipped(around, fill.local, points)
     assert flipped
@@ -507,8 +525,8 @@ def middle_faces(shift: int) -> tuple[PolygonMesh, MeshTopology, int, list[int]]
 def test_fills_across_the_plane_of_symmetry_follow_it(source: PatternSource) -> None:
     _, topology, _, faces = middle_faces(0)
     hole = hole_of_faces(topology, faces)
-    around = look_around(hole)
-    mirrors = find_mirrors(hole.points, around.due)
+    around = extract_neighbourhood(hole)
+    mirrors = find_mirrors(hole.points, around.regular_valence)
     assert len(mirrors) == 1
     fills = list(fill_holes(source, hole, limit=5))
     assert count_followed(
@@ -519,7 +537,7 @@ def test_fills_across_the_plane_of_symmetry_follow_it(source: PatternSource) -> 
 def test_what_the_other_side_shows_of_a_hole_is_mirrored(source: PatternSource) -> None:
     mesh, topology, axis, faces = middle_faces(3)
     hole = hole_of_faces(topology, faces)
-    assert not len(find_mirrors(hole.points, look_around(hole).due))
+    assert not len(find_mirrors(hole.points, extract_neighbourhood(hole).regular_valence))
     found = prepare_twins(topology).find_part(hole)
     assert found is not None
     quads, points = found
@@ -768,12 +786,12 @@ def test_numbers_of_a_mirror_image_are_the_mirrored_numbers() -> None:
         other = hole_of_faces(MeshTopology.of(turn_loop(mesh)), chosen)
         place = {int(v): i for i, v in enumerate(other.loop)}
         order = [place[int(v)] for v in hole.loop]
-        own = measure_loop(hole, look_around(hole))
-        mirrored = measure_loop(other, look_around(other))[order]
+        own = measure_loop(hole, extract_neighbourhood(hole))
+        mirrored = measure_loop(other, extract_neighbourhood(other))[order]
         assert np.allclose(mirror_features(own), mirrored, atol=1e-9)
-        own = measure_hole(hole, look_around(hole))
+        own = measure_hole(hole, extract_neighbourhood(hole))
         assert own.shape == (len(hole), N_HOLE_FEATURES) and np.isfinite(own).all()
-        mirrored = measure_hole(other, look_around(other))[order]
+        mirrored = measure_hole(other, extract_neighbourhood(other))[order]
         assert np.allclose(mirror_hole(own), mirrored, atol=1e-9)
 
 
@@ -829,14 +847,16 @@ def odd_grid() -> PolygonMesh:
     return PolygonMesh.from_faces(HOLED.points, faces)
 
 
-@pytest.mark.parametrize("kind", ["triangle", "lead", "split", "merge"])
+@pytest.mark.parametrize("kind", ["triangle", "edge-loop", "split", "merge"])
 def test_odd_loops_have_ways_out(source: PatternSource, kind: str) -> None:
     mesh = odd_grid()
     hole = find_holes(mesh)[0]
     assert len(hole) == 9
-    with pytest.raises(InvalidQueryError, match=r"odd number.*triangle:.*lead:.*split:.*merge:"):
+    with pytest.raises(
+        InvalidQueryError, match=r"odd number.*triangle:.*edge-loop:.*split:.*merge:"
+    ):
         fill_holes(source, hole)
-    ways = [way for way in list_even_ways(hole, 50) if way.kind == kind]
+    ways = [fix for fix in list_parity_fixes(hole, 50) if fix.kind == kind]
     assert ways and [way.cost for way in ways] == sorted(way.cost for way in ways)
     for way in ways:
         even = way.apply()
@@ -857,9 +877,9 @@ def test_odd_loops_have_ways_out(source: PatternSource, kind: str) -> None:
         assert triangles <= int((mesh.arities() != 4).sum()) + 1
     best = ways[0]
     if kind == "split":
-        assert "becomes a quad" in best.told  # the triangle outside is mended by it
-    if kind == "lead":
-        assert "border edge" in best.told
+        assert "becomes a quad" in best.description  # the triangle outside is mended by it
+    if kind == "edge-loop":
+        assert "border edge" in best.description
 
 
 def test_an_odd_selection_of_faces_has_ways_out(source: PatternSource) -> None:
@@ -869,11 +889,11 @@ def test_an_odd_selection_of_faces_has_ways_out(source: PatternSource) -> None:
     outside = int(topology.face[topology.twin[topology.start[triangle]]])
     hole = hole_of_faces(topology, [triangle, outside])
     assert len(hole) == 5
-    for way in list_even_ways(hole, 3):
+    for way in list_parity_fixes(hole, 3):
         even = way.apply()
         assert not len(even.removed) and even.topology.mesh.n_faces >= mesh.n_faces - 2
         check_weld([next(fill_holes(source, even))])
-    assert list_even_ways(find_holes(HOLED)[0]) == []
+    assert list_parity_fixes(find_holes(HOLED)[0]) == []
 
 
 CUBE = (

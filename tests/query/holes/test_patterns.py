@@ -1,4 +1,4 @@
-"""Patterns of holes: every way that they lie in a loop, against plain enumeration."""
+"""Patterns of holes: every way that they embedding in a loop, against plain enumeration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from patterndb.core.pattern import Pattern
 from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.models import shipped_models
-from query.holes.patterns import KEPT, REACH, SHARE, HolePatterns, Lie
+from query.holes.patterns import KEPT, REACH, SHARE, HolePatterns, PatternEmbedding
 from query.identity import hash_quads
 
 
@@ -71,30 +71,34 @@ def test_the_likeliest_ways_are_those_of_plain_enumeration(data: st.DataObject) 
                 lost = best - sum(logs[i, k - 1] for i, k in enumerate(corners))
                 score = SHARE * float(np.log(chosen.share[row])) - lost
                 expected[key + bytes([row])] = score
-    lies, quads = chosen.find_lies(logs, most=100_000)
+    embeddings, quads = chosen.enumerate_embeddings(logs, most=100_000)
     found: dict[bytes, float] = {}
-    for lie, corners in zip(lies, quads.tolist(), strict=True):
-        fill = expand_pattern(chosen.pattern(lie.pattern), lie.widths, mirrored=lie.mirrored)
-        key, own = turn_fill(fill, chosen.first_vertex(lie), n)
+    for embedding, corners in zip(embeddings, quads.tolist(), strict=True):
+        fill = expand_pattern(
+            chosen.pattern(embedding.pattern), embedding.widths, mirrored=embedding.mirrored
+        )
+        key, own = turn_fill(fill, chosen.first_vertex(embedding), n)
         assert own == tuple(corners)
         lost = best - sum(logs[i, k - 1] for i, k in enumerate(corners))
-        score = SHARE * float(np.log(chosen.share[lie.pattern])) - lost
-        found[key + bytes([lie.pattern])] = score
+        score = SHARE * float(np.log(chosen.share[embedding.pattern])) - lost
+        found[key + bytes([embedding.pattern])] = score
     assert found.keys() <= expected.keys()
     if expected:
         top = max(expected.values())
         near = {key for key, score in expected.items() if score > top - REACH + 1e-9}
         assert near <= found.keys()
-        assert lies, "the likeliest way is always there"
+        assert embeddings, "the likeliest way is always there"
         first = found[
             turn_fill(
                 expand_pattern(
-                    chosen.pattern(lies[0].pattern), lies[0].widths, mirrored=lies[0].mirrored
+                    chosen.pattern(embeddings[0].pattern),
+                    embeddings[0].widths,
+                    mirrored=embeddings[0].mirrored,
                 ),
-                chosen.first_vertex(lies[0]),
+                chosen.first_vertex(embeddings[0]),
                 n,
             )[0]
-            + bytes([lies[0].pattern])
+            + bytes([embeddings[0].pattern])
         ]
         assert np.isclose(first, top)
 
@@ -114,16 +118,16 @@ def test_no_more_ways_than_asked_for_and_the_best_of_them() -> None:
     patterns = shipped_models().patterns
     draw = np.random.default_rng(3)
     logs = np.log(draw.dirichlet(np.full(4, 0.3), size=20) + 1e-5)
-    few, _ = patterns.find_lies(logs, most=20)
-    many, _ = patterns.find_lies(logs, most=KEPT)
+    few, _ = patterns.enumerate_embeddings(logs, most=20)
+    many, _ = patterns.enumerate_embeddings(logs, most=KEPT)
     assert len(few) == 20 and len(many) <= KEPT
 
-    def score(lie: Lie, corners: list[int]) -> float:
+    def score(embedding: PatternEmbedding, corners: list[int]) -> float:
         own = sum(logs[i, k - 1] for i, k in enumerate(corners))
-        return float(own + SHARE * np.log(patterns.share[lie.pattern]))
+        return float(own + SHARE * np.log(patterns.share[embedding.pattern]))
 
     scores = [
-        [score(*one) for one in zip(*patterns.find_lies(logs, most=most), strict=True)]
+        [score(*one) for one in zip(*patterns.enumerate_embeddings(logs, most=most), strict=True)]
         for most in (20, KEPT)
     ]
     assert np.allclose(scores[0], scores[1][:20])
@@ -132,5 +136,5 @@ def test_no_more_ways_than_asked_for_and_the_best_of_them() -> None:
 def test_odd_and_long_loops_have_no_ways() -> None:
     patterns = shipped_models().patterns
     for n in (7, 200):
-        lies, quads = patterns.find_lies(np.full((n, 4), -1.0))
-        assert not lies and quads.shape == (0, n)
+        embeddings, quads = patterns.enumerate_embeddings(np.full((n, 4), -1.0))
+        assert not embeddings and quads.shape == (0, n)

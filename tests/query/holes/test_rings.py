@@ -16,11 +16,10 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from query.engine import PatternSource
 from query.holes import fill_holes, find_holes, hole_of_faces
-from query.holes.loops import MeshTopology
-from query.holes.regular import build_regular_fill
-from query.holes.rings import WITHIN, lay_ring, pave_loop
-from query.holes.surroundings import look_around
+from query.holes.neighbourhood import extract_neighbourhood
+from query.holes.regular import WITHIN, build_regular_fill, lay_ring, pave_loop
 from query.holes.symmetry import ASYMMETRIC, count_followed, find_mirrors, lose_by_mirrors
+from query.holes.topology import MeshTopology
 from query.identity import hash_quads
 
 
@@ -157,7 +156,7 @@ def slot(n: int, long: float) -> PolygonMesh:
 @pytest.mark.parametrize("edges", [24, 36, 40, 48])
 def test_a_slot_is_filled_as_both_of_its_mirrors_ask(source: PatternSource, edges: int) -> None:
     hole = max(find_holes(slot(edges, edges / 8)), key=lambda hole: -hole.length)
-    mirrors = find_mirrors(hole.points, look_around(hole).due)
+    mirrors = find_mirrors(hole.points, extract_neighbourhood(hole).regular_valence)
     assert len(mirrors) == 2
     fill = next(fill_holes(source, hole, twins=False))
     n_vertices = edges + len(fill.points)

@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 
 from patterndb._native.query.placing.untangle import compute_energy
 from patterndb.errors import InvalidBoundaryError
-from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.quadshape import flipped, plane_normal
 from query import Fill
 from query.placing import lay_flat, place, quality
-from query.placing.laplace import solve_centred
+from query.placing.laplace import HeldQuads
 from tests.support.query.placing import CONVEX, convex_outline, grid, polygon, widened
 
 CASES = st.tuples(st.sampled_from(range(len(CONVEX))), st.integers(0, 2**32))
@@ -119,8 +118,8 @@ class TestInThePlane:
         fill = widened(CONVEX[case[0]], chance, 3)
         if fill is not None:
             points = convex_outline(fill.lengths, chance)
-            beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
-            assert_faces_up(fill, solve_centred(fill.quads, beside, points), points)
+            net = HeldQuads.of(fill.quads, fill.n_vertices, fill.perimeter)
+            assert_faces_up(fill, net.place_centred(points), points)
 
     def test_no_interior(self) -> None:
         fill = grid(3, 1)

@@ -12,13 +12,13 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from patterndb._native.query.placing.untangle import count_flipped_corners, find_pieces
-from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Fill
-from query.placing import Surface, enclose_region, place, placement
-from query.placing.projection import find_normals, lay_on_disk, settle_whole
+from query.placing import Surface, enclose_region, place
+from query.placing import untangle as untangling
+from query.placing.laplace import HeldQuads
+from query.placing.projection import SurfaceProjector, lay_on_disk, settle_whole
 from query.placing.untangle import untangle
 from tests.support.query.placing import grid
 
@@ -83,9 +83,9 @@ def test_tangles_are_opened_and_nothing_else_moves(seed: int, n_tangles: int) ->
     fill = grid(30, 30)
     at, thrown = crumpled(fill, seed, n_tangles)
     normals = np.tile(UP, (len(at), 1))
-    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    net = HeldQuads.of(fill.quads, fill.n_vertices, fill.perimeter)
     assert flipped(fill.quads, at, normals).any()
-    made = untangle(fill.quads, at, normals, fill.perimeter, beside)
+    made = untangle(net, at, normals)
     assert not flipped(fill.quads, made, normals).any()
     moved = np.linalg.norm(made - at, axis=1) > 0.0
     far = np.linalg.norm(at[:, None, :2] - at[thrown][None, :, :2], axis=2).min(axis=1) > 11.0
@@ -97,13 +97,13 @@ def test_a_tangle_that_cannot_be_opened_keeps_no_other_from_it() -> None:
     fill = grid(30, 30)
     at, _ = crumpled(fill, 3, 2)
     normals = np.tile(UP, (len(at), 1))
-    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    net = HeldQuads.of(fill.quads, fill.n_vertices, fill.perimeter)
     # Two corners of the boundary change places: the quads there are crossed, come what may.
     last = np.flatnonzero((np.abs(at[:, :2] - 30.0) < 3.5).all(axis=1) & (at[:, 0] == 30.0))
     at[last] = at[last[::-1]]
     stuck = flipped(fill.quads, at, normals) & np.isin(fill.quads, last).any(axis=1)
     assert stuck.any()
-    made = untangle(fill.quads, at, normals, fill.perimeter, beside)
+    made = untangle(net, at, normals)
     remain = flipped(fill.quads, made, normals)
     middle = made[fill.quads].mean(axis=1)
     assert remain.any()
@@ -149,24 +149,20 @@ def test_smoothing_that_flips_nothing_shortens_the_net() -> None:
     surface = sheet(folds)
     fill = grid(20, 20)
     points = on(folds, wavy(20, 0.5), surface)
-    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    net = HeldQuads.of(fill.quads, fill.n_vertices, fill.perimeter)
     region = enclose_region(surface, points)
-    start = lay_on_disk(region, beside, points)
+    projector = SurfaceProjector(region.surface, net)
+    start = lay_on_disk(region, net, points)
     assert start is not None
-    start = untangle(
-        fill.quads, start, find_normals(region.surface, beside, start), fill.perimeter, beside
-    )
+    start = untangle(net, start, projector.find_normals(start))
     start[fill.perimeter :] = region.surface.nearest(start[fill.perimeter :]).points
-
-    def wrong(vertices: Points) -> NDArray[np.bool_]:
-        return flipped(fill.quads, vertices, find_normals(region.surface, beside, vertices))
 
     def stretch(vertices: Points) -> float:
         edge = vertices[fill.quads] - vertices[np.roll(fill.quads, 1, axis=1)]
         return float((edge**2).sum())
 
-    rest = settle_whole(region.surface, fill.quads, beside, start, fill.perimeter)
-    assert not (wrong(rest.vertices) & ~wrong(start)).any()
+    rest = settle_whole(projector, start)
+    assert not (projector.find_flipped(rest.vertices) & ~projector.find_flipped(start)).any()
     assert stretch(rest.vertices) < stretch(start)
     assert (rest.vertices[: fill.perimeter] == points).all()
     assert rest.rounds >= 1
@@ -195,12 +191,12 @@ def test_what_untangling_does_not_move_is_not_untangled_again(
     eight = np.stack([np.cos(turn), np.sin(turn) * np.cos(turn), np.zeros_like(turn)], axis=1)
     still: list[bool] = []
 
-    def watch(quads: Int32Array, vertices: Points, *more: Any) -> Points:
-        moved = untangle(quads, vertices, *more)
+    def watch(net: HeldQuads, vertices: Points, *more: Any) -> Points:
+        moved = untangle(net, vertices, *more)
         still.append(bool(np.abs(moved - vertices).max() <= 1e-9))
         return moved
 
-    monkeypatch.setattr(placement, "untangle", watch)
+    monkeypatch.setattr(untangling, "untangle", watch)
     flat = sheet(lambda x, _: np.zeros_like(x), 40)
     region = enclose_region(flat, eight)
     assert len(place(fill, eight, region).flipped)

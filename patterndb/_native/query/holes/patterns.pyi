@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 
-def find_lies(
+def enumerate_embeddings(
     loss: Floats,
     n: int,
     first_side: Int32Array,
@@ -17,7 +17,8 @@ def find_lies(
     prior: Floats,
     most: int,
 ) -> tuple[Floats, Int32Array, Int32Array, NDArray[np.bool_], Int32Array]:
-    """The likeliest lies: (c,) scores, patterns, turns, mirrored, and (c, MOST_CHORDS) widths.
+    """Enumerate the likeliest embeddings: scores, patterns, turns, mirrored (c,), and widths
+    (c, MOST_CHORDS).
 
     loss: (2, 2 n, 5) how much less likely 1 to 4 quads at a loop vertex are than the likeliest
     number, twice around; and the same backwards. A pattern is laid along its boundary edge by edge:

@@ -5,8 +5,8 @@ from patterndb.geometry.points import Floats
 def measure_quads(
     quads: Int32Array,
     n_vertices: int,
-    due: Int32Array,
-    asked: Int32Array,
+    regular_valence: Int32Array,
+    clamped_valence: Int32Array,
     ahead: Floats,
     logs: Floats,
 ) -> Floats:

@@ -25,7 +25,7 @@ def own_features(
     normals: Floats,
     angle_outside: Floats,
     outside: Int32Array,
-    asked: Int32Array,
+    clamped_valence: Int32Array,
     scale: float,
     spokes: Floats,
     far: Floats,

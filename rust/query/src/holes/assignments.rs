@@ -75,7 +75,7 @@ fn is_rectangle(corners: &[usize; 4], n: usize) -> bool {
 /// Measure an assignment.
 fn measure_assignment(
     logs: &[Logs],
-    due: &[i32],
+    regular_valence: &[i32],
     quads: &[i32],
     best: f64,
     corners: &mut Vec<usize>,
@@ -83,7 +83,7 @@ fn measure_assignment(
     let n = quads.len();
     let vertex = |i: usize| Vertex {
         quads: quads[i],
-        off: quads[i] - due[i],
+        off: quads[i] - regular_valence[i],
     };
     let mut counts = Counts::default();
     let mut log_corners = -best;
@@ -130,20 +130,24 @@ fn measure_assignment(
 
 /// Measure the traits of assignments of 1 to 4 quads to the vertices of a loop.
 ///
-/// `logs` has the log probabilities of 1 to 4 quads at each vertex, `due` the quads that would make
+/// `logs` has the log probabilities of 1 to 4 quads at each vertex, `regular_valence` the quads that would make
 /// each regular. `assignments` lists the quads of all vertices of the first assignment, then of the
 /// next.
-pub fn measure(logs: &[Logs], due: &[i32], assignments: &[i32]) -> Vec<[f64; N_TRAITS]> {
+pub fn measure(
+    logs: &[Logs],
+    regular_valence: &[i32],
+    assignments: &[i32],
+) -> Vec<[f64; N_TRAITS]> {
     let greatest = |logs: &Logs| {
         logs[1..]
             .iter()
             .fold(logs[0], |a, &b| if b > a { b } else { a })
     };
     let best = logs.iter().fold(0.0, |sum, logs| sum + greatest(logs));
-    let mut corners = Vec::with_capacity(due.len());
+    let mut corners = Vec::with_capacity(regular_valence.len());
     assignments
-        .chunks_exact(due.len().max(1))
-        .map(|quads| measure_assignment(logs, due, quads, best, &mut corners))
+        .chunks_exact(regular_valence.len().max(1))
+        .map(|quads| measure_assignment(logs, regular_valence, quads, best, &mut corners))
         .collect()
 }
 

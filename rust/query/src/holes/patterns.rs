@@ -1,4 +1,4 @@
-//! The likeliest ways in which patterns lie in a loop.
+//! The likeliest embeddings of patterns in a loop.
 //!
 //! A pattern is laid along its boundary edge by edge: a polychord that is met first may have any
 //! width, and is as wide where it comes out. What is lost never shrinks, so that a way is left where
@@ -262,9 +262,9 @@ impl End {
     }
 }
 
-/// A way in which a pattern lies in a loop.
+/// An embedding of a pattern in a loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Lie {
+pub struct Embedding {
     /// How likely it is.
     pub score: f64,
     /// The row of the pattern.
@@ -279,7 +279,7 @@ pub struct Lie {
 
 /// The likeliest ways so far.
 struct Likeliest {
-    kept: Vec<Lie>,
+    kept: Vec<Embedding>,
     most: usize,
     /// The least likely of those kept, once there are as many as may be.
     worst: usize,
@@ -288,11 +288,11 @@ struct Likeliest {
 }
 
 impl Likeliest {
-    fn add(&mut self, lie: Lie) {
+    fn add(&mut self, embedding: Embedding) {
         if self.kept.len() < self.most {
-            self.kept.push(lie);
+            self.kept.push(embedding);
         } else {
-            self.kept[self.worst] = lie;
+            self.kept[self.worst] = embedding;
         }
         if self.kept.len() == self.most {
             self.worst = 0;
@@ -303,7 +303,7 @@ impl Likeliest {
             }
             self.floor = max(self.floor, self.kept[self.worst].score);
         }
-        self.floor = max(self.floor, lie.score - REACH);
+        self.floor = max(self.floor, embedding.score - REACH);
     }
 }
 
@@ -376,7 +376,7 @@ impl Search<'_> {
                     self.steps.pop();
                 }
                 Laid::Ahead(next) => self.begin_edge(next),
-                Laid::Whole { lost, spare: 0 } => likeliest.add(self.make_lie(lost)),
+                Laid::Whole { lost, spare: 0 } => likeliest.add(self.make_embedding(lost)),
                 Laid::Whole { .. } => {}
             }
         }
@@ -456,7 +456,7 @@ impl Search<'_> {
         least + (passed[end] - passed[next])
     }
 
-    fn make_lie(&self, lost: f64) -> Lie {
+    fn make_embedding(&self, lost: f64) -> Embedding {
         let n = self.loss.n;
         let is_mirrored = self.hand == 1;
         let turn = if is_mirrored {
@@ -466,7 +466,7 @@ impl Search<'_> {
         };
         let mut widths = self.widths.map(|width| width as i32);
         widths[self.outline.n_chords..].fill(0);
-        Lie {
+        Embedding {
             score: self.prior - lost,
             pattern: self.pattern,
             turn: turn as i32,
@@ -476,11 +476,16 @@ impl Search<'_> {
     }
 }
 
-/// Return the likeliest ways in which patterns lie in a loop, at most as many as given, in no order.
+/// Return the likeliest embeddings of patterns in a loop, at most as many as given, in no order.
 ///
 /// `loss` has, for the loop of `n` edges and its mirror image, both twice around, how much less
 /// likely 0 to 4 quads are at each vertex than the likeliest number.
-pub fn find_lies(loss: &[[f64; KINDS]], n: usize, tables: &Tables, most: usize) -> Vec<Lie> {
+pub fn enumerate_embeddings(
+    loss: &[[f64; KINDS]],
+    n: usize,
+    tables: &Tables,
+    most: usize,
+) -> Vec<Embedding> {
     let mut likeliest = Likeliest {
         kept: Vec::new(),
         most,
@@ -557,12 +562,14 @@ mod tests {
     #[test]
     fn a_grid_lies_at_its_corners() {
         let loss = make_loss(10, &[1, 3, 6, 8], 3.0);
-        let lies = find_lies(&loss, 10, &GRID, 5);
-        let (best, others): (Vec<Lie>, Vec<Lie>) = lies.iter().partition(|lie| lie.score == 0.0);
-        assert!(others.iter().all(|lie| lie.score <= -3.0));
+        let embeddings = enumerate_embeddings(&loss, 10, &GRID, 5);
+        let (best, others): (Vec<Embedding>, Vec<Embedding>) = embeddings
+            .iter()
+            .partition(|embedding| embedding.score == 0.0);
+        assert!(others.iter().all(|embedding| embedding.score <= -3.0));
         let mut best: Vec<_> = best
             .iter()
-            .map(|lie| (lie.turn, &lie.widths[..3]))
+            .map(|embedding| (embedding.turn, &embedding.widths[..3]))
             .collect();
         best.sort_unstable();
         let (wide, high) = (&[2, 3, 0][..], &[3, 2, 0][..]);
@@ -573,10 +580,10 @@ mod tests {
     fn no_way_is_better_than_its_bound() {
         let loss = make_loss(8, &[0, 1, 4], 2.0);
         let bound = bound_patterns(&loss[..8], &GRID)[0];
-        let lies = find_lies(&loss, 8, &GRID, 100);
-        let best = lies
+        let embeddings = enumerate_embeddings(&loss, 8, &GRID, 100);
+        let best = embeddings
             .iter()
-            .map(|lie| lie.score)
+            .map(|embedding| embedding.score)
             .fold(f64::NEG_INFINITY, f64::max);
         assert!(best <= bound && best == -2.0);
     }

@@ -14,9 +14,9 @@ pub const N_FOUND: usize = 16;
 #[derive(Clone, Copy, Debug)]
 pub struct Loop<'a> {
     /// The quads that would make each vertex regular.
-    pub due: &'a [i32],
+    pub regular_valence: &'a [i32],
     /// The same, from 1 to 4.
-    pub asked: &'a [i32],
+    pub clamped_valence: &'a [i32],
     /// Unit vectors along the edges.
     pub ahead: &'a [Point],
     /// Logarithms of the edges' lengths.
@@ -41,7 +41,7 @@ struct Counts {
 
 /// Measure a candidate's quads, of which the first vertices are the loop's.
 pub fn measure_quads(quads: &[[i32; 4]], n_vertices: usize, of_loop: &Loop) -> [f64; N_FOUND] {
-    let n = of_loop.due.len();
+    let n = of_loop.regular_valence.len();
     let mut valence = vec![0; n_vertices];
     for &v in quads.as_flattened() {
         valence[v as usize] += 1;
@@ -49,7 +49,7 @@ pub fn measure_quads(quads: &[[i32; 4]], n_vertices: usize, of_loop: &Loop) -> [
     let mut off = valence.clone();
     let mut counts = Counts::default();
     for (v, off) in off.iter_mut().enumerate() {
-        *off -= of_loop.due.get(v).copied().unwrap_or(REGULAR);
+        *off -= of_loop.regular_valence.get(v).copied().unwrap_or(REGULAR);
         if v < n {
             counts.loop_irregular += i32::from(*off != 0);
         } else {
@@ -59,8 +59,8 @@ pub fn measure_quads(quads: &[[i32; 4]], n_vertices: usize, of_loop: &Loop) -> [
         counts.valence_5 += i32::from(*off == 1);
         counts.valence_far += (off.abs() - 1).max(0);
     }
-    for (&valence, &asked) in valence.iter().zip(of_loop.asked) {
-        counts.otherwise += i32::from(valence != asked);
+    for (&valence, &clamped) in valence.iter().zip(of_loop.clamped_valence) {
+        counts.otherwise += i32::from(valence != clamped);
         counts.convex += i32::from(valence == 1);
         counts.others += i32::from(valence != 1 && valence != 2);
     }
@@ -197,8 +197,8 @@ mod tests {
     fn a_grid_is_regular_and_its_strands_join_opposite_edges() {
         let quads = [[0, 1, 8, 7], [1, 2, 3, 8], [7, 8, 5, 6], [8, 3, 4, 5]];
         let of_loop = Loop {
-            due: &[1, 2, 1, 2, 1, 2, 1, 3],
-            asked: &[1, 2, 1, 2, 1, 2, 1, 3],
+            regular_valence: &[1, 2, 1, 2, 1, 2, 1, 3],
+            clamped_valence: &[1, 2, 1, 2, 1, 2, 1, 3],
             ahead: &[[1.0, 0.0, 0.0]; 8],
             logs: &[0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0],
         };

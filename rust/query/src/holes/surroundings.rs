@@ -148,7 +148,7 @@ pub struct Rim<'a> {
     /// The number of faces outside.
     pub outside: &'a [i32],
     /// The quads that would make each vertex regular, from 1 to 4.
-    pub asked: &'a [i32],
+    pub clamped_valence: &'a [i32],
     /// The length of edges around.
     pub scale: f64,
     /// Mean logarithms of the lengths of edges that leave the loop outwards, NaN where none does.
@@ -184,7 +184,7 @@ impl Rim<'_> {
         let along = |other: &Point| sum_products(normal, other);
         let outside = self.outside[i];
         [
-            f64::from(self.asked[i]),
+            f64::from(self.clamped_valence[i]),
             angle_inside(&a, &b, normal),
             2.0 * PI - self.angle_outside[i],
             f64::from(outside),
@@ -265,7 +265,7 @@ mod tests {
             normals: &[[0.0, 0.0, 1.0]; 4],
             angle_outside: &[PI; 4],
             outside: &[2; 4],
-            asked: &[2; 4],
+            clamped_valence: &[2; 4],
             scale: 1.0,
             spokes: &[f64::NAN; 4],
             far: &[0.0; 4],

@@ -11,12 +11,12 @@ use crate::rows::{from_rows, read_all, read_rows};
 fn measure<'py>(
     py: Python<'py>,
     logs: PyReadonlyArray2<'py, f64>,
-    due: PyReadonlyArray1<'py, i32>,
+    regular_valence: PyReadonlyArray1<'py, i32>,
     assignments: PyReadonlyArray2<'py, i32>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let (logs, due) = (read_rows(&logs)?, read(&due)?);
+    let (logs, regular_valence) = (read_rows(&logs)?, read(&regular_valence)?);
     let quads = read_all(&assignments)?;
-    let rows = run(py, || assignments::measure(logs, due, quads))?;
+    let rows = run(py, || assignments::measure(logs, regular_valence, quads))?;
     from_rows(py, rows)
 }
 

@@ -1,13 +1,13 @@
 //! `patterndb._native.query.holes.patterns`.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray3};
-use patterndb_query::holes::patterns::{self, Lie, Tables};
+use patterndb_query::holes::patterns::{self, Embedding, Tables};
 use pyo3::prelude::*;
 
 use crate::arrays::{read, run};
 use crate::rows::{from_rows, read_rows};
 
-type LieArrays<'py> = (
+type EmbeddingArrays<'py> = (
     Bound<'py, PyArray1<f64>>,
     Bound<'py, PyArray1<i32>>,
     Bound<'py, PyArray1<i32>>,
@@ -15,21 +15,24 @@ type LieArrays<'py> = (
     Bound<'py, PyArray2<i32>>,
 );
 
-fn from_lies<'py>(py: Python<'py>, lies: &[Lie]) -> PyResult<LieArrays<'py>> {
-    fn column<T>(lies: &[Lie], of: impl FnMut(&Lie) -> T) -> Vec<T> {
-        lies.iter().map(of).collect()
+fn from_embeddings<'py>(
+    py: Python<'py>,
+    embeddings: &[Embedding],
+) -> PyResult<EmbeddingArrays<'py>> {
+    fn column<T>(embeddings: &[Embedding], of: impl FnMut(&Embedding) -> T) -> Vec<T> {
+        embeddings.iter().map(of).collect()
     }
     Ok((
-        column(lies, |lie| lie.score).into_pyarray(py),
-        column(lies, |lie| lie.pattern).into_pyarray(py),
-        column(lies, |lie| lie.turn).into_pyarray(py),
-        column(lies, |lie| lie.is_mirrored).into_pyarray(py),
-        from_rows(py, column(lies, |lie| lie.widths))?,
+        column(embeddings, |embedding| embedding.score).into_pyarray(py),
+        column(embeddings, |embedding| embedding.pattern).into_pyarray(py),
+        column(embeddings, |embedding| embedding.turn).into_pyarray(py),
+        column(embeddings, |embedding| embedding.is_mirrored).into_pyarray(py),
+        from_rows(py, column(embeddings, |embedding| embedding.widths))?,
     ))
 }
 
 #[pyfunction]
-fn find_lies<'py>(
+fn enumerate_embeddings<'py>(
     py: Python<'py>,
     loss: PyReadonlyArray3<'py, f64>,
     n: usize,
@@ -41,7 +44,7 @@ fn find_lies<'py>(
     chiral: PyReadonlyArray1<'py, bool>,
     prior: PyReadonlyArray1<'py, f64>,
     most: usize,
-) -> PyResult<LieArrays<'py>> {
+) -> PyResult<EmbeddingArrays<'py>> {
     let tables = Tables {
         first_side: read(&first_side)?,
         corner: read(&corner)?,
@@ -52,10 +55,12 @@ fn find_lies<'py>(
         prior: read(&prior)?,
     };
     let loss = read_rows(&loss)?;
-    let lies = run(py, || patterns::find_lies(loss, n, &tables, most))?;
-    from_lies(py, &lies)
+    let embeddings = run(py, || {
+        patterns::enumerate_embeddings(loss, n, &tables, most)
+    })?;
+    from_embeddings(py, &embeddings)
 }
 
 pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add_function(wrap_pyfunction!(find_lies, module)?)
+    module.add_function(wrap_pyfunction!(enumerate_embeddings, module)?)
 }

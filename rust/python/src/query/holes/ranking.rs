@@ -12,14 +12,14 @@ fn measure_quads<'py>(
     py: Python<'py>,
     quads: PyReadonlyArray2<'py, i32>,
     n_vertices: usize,
-    due: PyReadonlyArray1<'py, i32>,
-    asked: PyReadonlyArray1<'py, i32>,
+    regular_valence: PyReadonlyArray1<'py, i32>,
+    clamped_valence: PyReadonlyArray1<'py, i32>,
     ahead: PyReadonlyArray2<'py, f64>,
     logs: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyArray1<f64>>> {
     let of_loop = Loop {
-        due: read(&due)?,
-        asked: read(&asked)?,
+        regular_valence: read(&regular_valence)?,
+        clamped_valence: read(&clamped_valence)?,
         ahead: read_rows(&ahead)?,
         logs: read(&logs)?,
     };

@@ -1,7 +1,7 @@
-"""The nearest ways out where a loop has an odd number of edges: no quads alone can fill it.
+"""Parity fixes: where a loop has an odd number of edges, no quads alone can fill it.
 
-Each way changes the mesh a little so that the loop gets one edge more or less; which is right only
-the user can know. What a way does to faces outside is told by it.
+Each fix changes the mesh a little so that the loop gets one edge more or less; which is right only
+the user can know. Its description includes what it does to faces outside.
 """
 
 from __future__ import annotations
@@ -15,43 +15,47 @@ from numpy.typing import NDArray
 
 from patterndb.core.polygonmesh import PolygonMesh
 from query.boundary import MIN_PERIMETER
-from query.holes.loops import Hole, MeshTopology, find_holes, hole_on_loop
+from query.holes.loops import Hole, find_holes, hole_on_loop
+from query.holes.topology import MeshTopology
 
-#: The kinds of ways, in the order in which they are told.
-WayKind = Literal["triangle", "lead", "split", "merge"]
-KINDS: dict[WayKind, str] = {
+#: The kinds of fixes, in the order in which they are listed, and what each does.
+FixKind = Literal["triangle", "edge-loop", "split", "merge"]
+KINDS: dict[FixKind, str] = {
     "triangle": "one triangle within, all else quads",
-    "lead": "a new loop of edges, led out through the quads around",
+    "edge-loop": "a new loop of edges, led out through the quads around",
     "split": "an edge of the loop split in two",
     "merge": "two edges of the loop merged into one",
 }
 
 #: A loop of edges is led out through no more quads than this.
-LONGEST_LEAD = 400
+LONGEST_EDGE_LOOP = 400
 
-#: Ways of a kind that are compared by what they do to other holes.
-WAYS_COMPARED = 30
+#: Fixes of a kind that are compared by what they do to other holes.
+FIXES_COMPARED = 30
 
 #: A triangle cut off at a corner wider than this, in radians, would be a sliver.
 WIDEST_EAR = np.radians(135.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class EvenWay:
+class ParityFix:
     """A change of a mesh that makes an odd loop even.
 
-    kind:    see KINDS.
-    cost:    ways of one kind come by this, smallest first.
-    changes: old faces that get other corners, numbers of the mesh as it was given.
-    told:    what it does, as a sentence goes on after "the nearest way: ".
+    kind:        see KINDS.
+    cost:        fixes of one kind are sorted by this, smallest first.
+    description: what it does, as a sentence goes on after "the nearest way: ".
     """
 
-    kind: WayKind
+    kind: FixKind
     cost: float
-    changes: tuple[int, ...]
-    told: str
+    description: str
     _hole: Hole = field(repr=False)
     _edit: _MeshEdit = field(repr=False)
+
+    @property
+    def changes(self) -> tuple[int, ...]:
+        """Old faces that get other corners, numbers of the mesh as it was given."""
+        return tuple(sorted(self._edit.faces))
 
     def apply(self) -> Hole:
         """Make the changed mesh: its hole, whose loop is even.
@@ -81,8 +85,8 @@ class _MeshEdit:
         return hole_on_loop(MeshTopology.of(changed), self.loop)
 
 
-def list_even_ways(hole: Hole, most: int = 1) -> list[EvenWay]:
-    """List the nearest ways to make an odd loop even, up to ``most`` of each kind, best first.
+def list_parity_fixes(hole: Hole, most: int = 1) -> list[ParityFix]:
+    """List the nearest fixes to make an odd loop even, up to ``most`` of each kind, best first.
 
     None for an even loop. A triangle that cuts off a corner, or stands on an edge; a loop of edges
     that leaves the hole lengthwise through quads, to a border or a face that is no quad; an edge
@@ -90,24 +94,24 @@ def list_even_ways(hole: Hole, most: int = 1) -> list[EvenWay]:
     """
     if len(hole) % 2 == 0:
         return []
-    found: list[EvenWay] = []
-    for ways in (_triangles(hole), _leads(hole), _splits(hole), _merges(hole)):
-        found += sorted(ways, key=lambda way: way.cost)[:most]
+    found: list[ParityFix] = []
+    for fixes in (_triangles(hole), _edge_loops(hole), _splits(hole), _merges(hole)):
+        found += sorted(fixes, key=lambda fix: fix.cost)[:most]
     return found
 
 
 def make_loops_even(
-    topology: MeshTopology, kind: WayKind, among: Collection[int] | None = None
+    topology: MeshTopology, kind: FixKind, among: Collection[int] | None = None
 ) -> tuple[MeshTopology, list[str]]:
-    """Make odd border loops of a mesh even, one after another, each by its nearest way of a kind
+    """Make odd border loops of a mesh even, one after another, each by its nearest fix of a kind
     that makes no other odd.
 
     among: of these vertices; a loop through none of them stays as it is. Returns the mesh
     afterwards, whose old vertices keep their numbers and places, and what was done, in words. A
-    loop that has no such way stays odd; so does one that a lead out of a later loop runs into.
+    loop without such a fix stays odd; so does one that an edge loop out of a later loop runs into.
     """
     done: set[int] = set()
-    told: list[str] = []
+    descriptions: list[str] = []
     while True:
         odd = (hole for hole in find_holes(topology) if len(hole) % 2)
         loops = ((hole, set(hole.loop.tolist())) for hole in odd)
@@ -115,16 +119,16 @@ def make_loops_even(
             loops = ((hole, loop) for hole, loop in loops if not loop.isdisjoint(among))
         hole, loop = next(((h, loop) for h, loop in loops if done.isdisjoint(loop)), (None, done))
         if hole is None:
-            return topology, told
+            return topology, descriptions
         done |= loop
-        # A lead may end at the rim of another hole, and make that odd instead, or even too.
-        ways = [way for way in list_even_ways(hole, WAYS_COMPARED) if way.kind == kind]
-        changed = ((_count_odd(way.apply().topology, among), way) for way in ways)
+        # An edge loop may end at the rim of another hole, and make that odd instead, or even too.
+        fixes = [fix for fix in list_parity_fixes(hole, FIXES_COMPARED) if fix.kind == kind]
+        changed = ((_count_odd(fix.apply().topology, among), fix) for fix in fixes)
         before = _count_odd(topology, among)
-        best = next((way for count, way in changed if count < before), next(iter(ways), None))
+        best = next((fix for count, fix in changed if count < before), next(iter(fixes), None))
         if best is not None:
             topology = best.apply().topology
-            told.append(best.told)
+            descriptions.append(best.description)
 
 
 def _count_odd(topology: MeshTopology, among: Collection[int] | None) -> int:
@@ -135,12 +139,17 @@ def _count_odd(topology: MeshTopology, among: Collection[int] | None) -> int:
     return sum(not set(hole.loop.tolist()).isdisjoint(among) for hole in odd)
 
 
-def _triangles(hole: Hole) -> Iterator[EvenWay]:
+def _triangles(hole: Hole) -> Iterator[ParityFix]:
     """Triangles that cut off a corner of the loop, or stand on one of its edges."""
     points, loop = hole.points, hole.loop.tolist()
     n = len(loop)
     normals = _inward_normals(hole)
     first_new = len(hole.topology.mesh.points)
+    backwards = hole.runs_backwards()
+
+    def turn(face: list[int]) -> list[int]:
+        return face[::-1] if backwards else face
+
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     mean = float(lengths.mean())
     for i in range(n):
@@ -148,10 +157,11 @@ def _triangles(hole: Hole) -> Iterator[EvenWay]:
         around = _angles_of(a, b, c)
         inside = _angle_inside(a, b, c, normals[i])
         if n - 1 >= MIN_PERIMETER and inside < WIDEST_EAR and loop[i - 1] != loop[(i + 1) % n]:
-            told = f"a triangle that cuts off the corner at vertex {loop[i]}"
+            description = f"a triangle that cuts off the corner at vertex {loop[i]}"
             face = [loop[i - 1], loop[i], loop[(i + 1) % n]]
             rest = loop[:i] + loop[i + 1 :]
-            yield _way(hole, "triangle", _skew(around), (), told, rest, added=[face])
+            edit = _MeshEdit(rest, added=[turn(face)])
+            yield ParityFix("triangle", _skew(around), description, hole, edit)
         # The apex of a triangle on edge i, as high as an equilateral one of the loop's mean edge.
         d = c - b
         inward = np.cross(normals[i] + normals[(i + 1) % n], d)
@@ -164,13 +174,14 @@ def _triangles(hole: Hole) -> Iterator[EvenWay]:
         crowding = max(0.0, 1.0 - room / max(mean, 1e-300))
         # Inside stands an irregular vertex more than where a corner is cut off.
         cost = _skew(_angles_of(b, c, apex)) + 2 * crowding + 0.5
-        told = f"a triangle on the edge from vertex {loop[i]} to {loop[(i + 1) % n]}"
+        description = f"a triangle on the edge from vertex {loop[i]} to {loop[(i + 1) % n]}"
         face = [loop[i], loop[(i + 1) % n], first_new]
         longer = [*loop[: i + 1], first_new, *loop[i + 1 :]]
-        yield _way(hole, "triangle", cost, (), told, longer, points=[apex], added=[face])
+        edit = _MeshEdit(longer, [apex], added=[turn(face)])
+        yield ParityFix("triangle", cost, description, hole, edit)
 
 
-def _splits(hole: Hole) -> Iterator[EvenWay]:
+def _splits(hole: Hole) -> Iterator[ParityFix]:
     """Edges of the loop that get a vertex in their middle."""
     points, loop = hole.points, hole.loop.tolist()
     n = len(loop)
@@ -180,20 +191,21 @@ def _splits(hole: Hole) -> Iterator[EvenWay]:
         a, b = loop[i], loop[(i + 1) % n]
         middle = (points[i] + points[(i + 1) % n]) / 2
         cost = -float(np.log(max(lengths[i], 1e-300) / max(lengths.mean(), 1e-300)))
-        told = f"the edge from vertex {a} to {b} split"
+        description = f"the edge from vertex {a} to {b} split"
         longer = [*loop[: i + 1], new, *loop[i + 1 :]]
         face = _face_beside(hole, i)
         if face < 0:
-            yield _way(hole, "split", cost, (), told, longer, points=[middle])
+            yield ParityFix("split", cost, description, hole, _MeshEdit(longer, [middle]))
             continue
         corners = _corners_of(hole, face)
         wider = _insert_between(corners, a, b, new)
         cost += _odd_face_cost(len(wider))
-        told += f"; face {face} outside becomes {_name_face(len(wider))}"
-        yield _way(hole, "split", cost, (face,), told, longer, points=[middle], faces={face: wider})
+        description += f"; face {face} outside becomes {_name_face(len(wider))}"
+        edit = _MeshEdit(longer, [middle], {face: wider})
+        yield ParityFix("split", cost, description, hole, edit)
 
 
-def _merges(hole: Hole) -> Iterator[EvenWay]:
+def _merges(hole: Hole) -> Iterator[ParityFix]:
     """Vertices of the loop that are drawn into the next one or the one before."""
     t, loop = hole.topology, hole.loop.tolist()
     n = len(loop)
@@ -224,15 +236,16 @@ def _merges(hole: Hole) -> Iterator[EvenWay]:
                 continue  # an edge would be doubled
             cost = float(np.log(max(lengths[edge], 1e-300) / max(lengths.mean(), 1e-300)))
             cost += _odd_face_cost(len(changed[beside]))
-            told = (
+            description = (
                 f"vertex {v} drawn into vertex {into}; face {beside} outside becomes "
                 f"{_name_face(len(changed[beside]))}"
             )
             shorter = loop[:i] + loop[i + 1 :]
-            yield _way(hole, "merge", cost, tuple(sorted(changed)), told, shorter, faces=changed)
+            edit = _MeshEdit(shorter, faces=changed)
+            yield ParityFix("merge", cost, description, hole, edit)
 
 
-def _leads(hole: Hole) -> Iterator[EvenWay]:
+def _edge_loops(hole: Hole) -> Iterator[ParityFix]:
     """Loops of edges that leave the hole through the middle of the quads outside."""
     t, loop = hole.topology, hole.loop.tolist()
     n = len(loop)
@@ -249,7 +262,7 @@ def _leads(hole: Hole) -> Iterator[EvenWay]:
         end = -1  # the last face, which is no quad
         while h >= 0:
             f = int(t.face[h])
-            if gone[f] or f in faces or len(faces) >= LONGEST_LEAD:
+            if gone[f] or f in faces or len(faces) >= LONGEST_EDGE_LOOP:
                 crossed = []
                 break
             if t.start[f + 1] - t.start[f] != 4:
@@ -285,37 +298,10 @@ def _leads(hole: Hole) -> Iterator[EvenWay]:
             where = f"to face {end}, which becomes {_name_face(len(corners))}"
         else:
             where = f"to the border edge from vertex {ends[-1][1]} to {ends[-1][0]}, which is split"
-        told = f"a loop of edges led out through {len(faces)} quads, {where}"
+        description = f"a loop of edges led out through {len(faces)} quads, {where}"
         longer = [*loop[: i + 1], first_new, *loop[i + 1 :]]
-        yield _way(
-            hole,
-            "lead",
-            cost,
-            tuple(sorted(changed)),
-            told,
-            longer,
-            points=new,
-            faces=changed,
-            added=added,
-        )
-
-
-def _way(
-    hole: Hole,
-    kind: WayKind,
-    cost: float,
-    changes: tuple[int, ...],
-    told: str,
-    loop: list[int],
-    *,
-    points: Sequence[NDArray[np.float64]] = (),
-    faces: dict[int, list[int]] | None = None,
-    added: Sequence[list[int]] = (),
-) -> EvenWay:
-    backwards = hole.runs_backwards()
-    turned = [face[::-1] if backwards and kind == "triangle" else face for face in added]
-    edit = _MeshEdit(loop, list(points), faces or {}, turned)
-    return EvenWay(kind, cost, changes, told, hole, edit)
+        edit = _MeshEdit(longer, new, changed, added)
+        yield ParityFix("edge-loop", cost, description, hole, edit)
 
 
 def _neighbours(hole: Hole, vertex: int, at_vertex: dict[int, list[int]]) -> set[int]:
@@ -369,9 +355,9 @@ def _name_face(n_corners: int) -> str:
 
 def _inward_normals(hole: Hole) -> NDArray[np.float64]:
     """(L, 3) unit normals of the faces beside the loop."""
-    from query.holes.surroundings import look_around
+    from query.holes.neighbourhood import extract_neighbourhood
 
-    return look_around(hole).normals
+    return extract_neighbourhood(hole).normals
 
 
 def _angles_of(

@@ -1,8 +1,8 @@
-"""What lies farther from a loop's vertices: two rings of the mesh outside, and the loop opposite.
+"""Features of a loop's vertices, by which the corner model judges how many quads each will get.
 
-:mod:`query.holes.surroundings` measures a vertex and its neighbours along the loop. How a strand
-arrives from outside, where it would come out across the hole, and where the next corners are that
-the surroundings ask for, tells as much again. Nothing beyond three rings of faces is looked at.
+:func:`measure_loop` measures a vertex and its neighbours along the loop. :func:`measure_hole` adds
+how a strand arrives from outside, where it would come out across the hole, and where the next
+corners are that the neighbourhood asks for. Nothing beyond three rings of faces is looked at.
 """
 
 from __future__ import annotations
@@ -10,31 +10,38 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.surroundings import count_faces
+from patterndb._native.query.holes.surroundings import count_faces, own_features
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from query.holes.loops import Hole, MeshTopology
-from query.holes.surroundings import (
-    N_FEATURES,
-    Surroundings,
-    measure_loop,
-    mirror_features,
-    walk_fan,
-)
+from query.holes.loops import Hole
+from query.holes.neighbourhood import Neighbourhood, walk_fan
+from query.holes.topology import MeshTopology
 
-#: Loop vertices either side whose view counts too.
-REACH = 2
+#: Loop vertices either side whose numbers count too.
+REACH = 4
+
+#: Numbers of one vertex, before those of its neighbours are added; and those of the loop.
+OWN, WHOLE = 15, 4
+
+#: Numbers of the edge after a vertex, and of that before.
+AFTER_AND_BEFORE = ((5, 6), (7, 8), (9, 10))
+
+#: How many numbers :func:`measure_loop` gives a vertex.
+N_FEATURES = OWN * (2 * REACH + 1) + WHOLE
+
+#: Loop vertices either side whose view outwards counts too.
+VIEW_REACH = 2
 
 #: Numbers of a vertex's view outwards and across; of the corners next to it and its place in the
 #: loop; of the loop.
-VIEW, PLACE, WHOLE = 17, 13, 9
+VIEW, PLACE, LOOP_WHOLE = 17, 13, 9
 
 #: Numbers of the view, and of the place, that tell of what comes after a vertex, and before.
 VIEW_SWAPPED = ((6, 7), (8, 9))
 PLACE_SWAPPED = ((0, 1), (2, 3), (4, 5), (6, 7))
 
 #: How many numbers :func:`measure_hole` gives a vertex.
-N_HOLE_FEATURES = N_FEATURES + VIEW * (2 * REACH + 1) + PLACE + WHOLE
+N_HOLE_FEATURES = N_FEATURES + VIEW * (2 * VIEW_REACH + 1) + PLACE + LOOP_WHOLE
 
 #: How much nearer a vertex must be, as a power of e, to be opposite in spite of an angle.
 NEARER = 0.15
@@ -42,23 +49,25 @@ NEARER = 0.15
 _TINY = 1e-300
 
 
-def measure_hole(hole: Hole, around: Surroundings) -> Floats:
+def measure_hole(hole: Hole, around: Neighbourhood) -> Floats:
     """(L, N_HOLE_FEATURES) float64: all that the corner model looks at."""
     n = len(hole)
     view = np.zeros((n, VIEW))
     inwards = _look_outwards(hole, around, view)
     _look_across(around, inwards, view)
-    at = (np.arange(n)[:, None] + np.arange(-REACH, REACH + 1)[None, :]) % n
+    at = (np.arange(n)[:, None] + np.arange(-VIEW_REACH, VIEW_REACH + 1)[None, :]) % n
     points = hole.points - hole.points.mean(axis=0)
     _, size, axes = np.linalg.svd(points, full_matrices=False)
-    place = np.hstack([_find_next_corners(around.asked), _locate(points, size, axes, inwards)])
+    place = np.hstack(
+        [_find_next_corners(around.clamped_valence), _locate(points, size, axes, inwards)]
+    )
     whole = _measure_whole(around, points, size)
     return np.hstack(
         [
             measure_loop(hole, around),
             view[at].reshape(n, -1),
             place,
-            np.broadcast_to(whole, (n, WHOLE)),
+            np.broadcast_to(whole, (n, LOOP_WHOLE)),
         ]
     )
 
@@ -67,8 +76,8 @@ def mirror_hole(features: Floats) -> Floats:
     """(L, N_HOLE_FEATURES) what :func:`measure_hole` gives of the mirror image, vertices in the
     same order."""
     n = len(features)
-    end = N_FEATURES + VIEW * (2 * REACH + 1)
-    view = features[:, N_FEATURES:end].reshape(n, 2 * REACH + 1, VIEW)[:, ::-1]
+    end = N_FEATURES + VIEW * (2 * VIEW_REACH + 1)
+    view = features[:, N_FEATURES:end].reshape(n, 2 * VIEW_REACH + 1, VIEW)[:, ::-1]
     place = features[:, end : end + PLACE]
     turned = view[:, :, _swap(VIEW, VIEW_SWAPPED)].reshape(n, -1)
     return np.hstack(
@@ -81,6 +90,41 @@ def mirror_hole(features: Floats) -> Floats:
     )
 
 
+def measure_loop(hole: Hole, around: Neighbourhood) -> Floats:
+    """(L, N_FEATURES) float64: the numbers that tell how many quads each vertex will get."""
+    own = own_features(
+        hole.points,
+        around.normals,
+        around.angle_outside,
+        around.outside,
+        around.clamped_valence,
+        around.scale,
+        around.spokes,
+        around.far_valence,
+    )
+    n = len(own)
+    at = (np.arange(n)[:, None] + np.arange(-REACH, REACH + 1)[None, :]) % n
+    window = own[at].reshape(n, -1)
+    turning = float((2 - around.clamped_valence).sum())
+    by_angle = float((2.0 - own[:, 1] / (np.pi / 2)).sum())
+    whole = np.array(
+        [np.log(n), turning - 4.0, by_angle - 4.0, float((around.clamped_valence != 2).mean())]
+    )
+    return np.hstack([window, np.broadcast_to(whole, (n, WHOLE))])
+
+
+def mirror_features(features: Floats) -> Floats:
+    """(L, N_FEATURES) what :func:`measure_loop` gives of the mirror image, vertices in the same
+    order."""
+    n = len(features)
+    window = features[:, : OWN * (2 * REACH + 1)].reshape(n, 2 * REACH + 1, OWN)
+    swapped = list(range(OWN))
+    for after, before in AFTER_AND_BEFORE:
+        swapped[after], swapped[before] = before, after
+    turned = window[:, ::-1][:, :, swapped].reshape(n, -1)
+    return np.hstack([turned, features[:, OWN * (2 * REACH + 1) :]])
+
+
 def _swap(n: int, pairs: tuple[tuple[int, int], ...]) -> list[int]:
     order = list(range(n))
     for a, b in pairs:
@@ -88,7 +132,7 @@ def _swap(n: int, pairs: tuple[tuple[int, int], ...]) -> list[int]:
     return order
 
 
-def _look_outwards(hole: Hole, around: Surroundings, view: Floats) -> Floats:
+def _look_outwards(hole: Hole, around: Neighbourhood, view: Floats) -> Floats:
     """Measure what leads outwards from each vertex, and the faces beyond; return the unit
     directions (L, 3) in which they lead inwards."""
     t = hole.outside
@@ -157,7 +201,7 @@ def _weigh_faces(t: MeshTopology, edge: int) -> tuple[float, float]:
     return total, float(there - 8)
 
 
-def _look_across(around: Surroundings, inwards: Floats, view: Floats) -> None:
+def _look_across(around: Neighbourhood, inwards: Floats, view: Floats) -> None:
     """Measure, for each vertex, the one that lies opposite: in the direction inwards of both."""
     n = len(inwards)
     points = around.points[:n]
@@ -175,17 +219,17 @@ def _look_across(around: Surroundings, inwards: Floats, view: Floats) -> None:
     chosen = at, opposite
     view[:, 10] = np.log(distance[chosen] / around.scale)
     view[:, 11], view[:, 12] = there[chosen], back[chosen]
-    view[:, 13] = around.asked[opposite]
+    view[:, 13] = around.clamped_valence[opposite]
     view[:, 14] = gap[chosen] / n
     view[:, 15] = np.minimum(gap[chosen] - distance[chosen] / around.scale, 1e3)
     view[:, 16] = opposite[opposite] == at
 
 
-def _find_next_corners(asked: Int32Array) -> Floats:
-    """(L, 8) steps to the next corner that the surroundings ask for and its quads, after and before
+def _find_next_corners(valence: Int32Array) -> Floats:
+    """(L, 8) steps to the next corner of the clamped valences (L,) and its quads, after and before
     each vertex; and to the one after that."""
-    n = len(asked)
-    corners = np.flatnonzero(asked != 2)
+    n = len(valence)
+    corners = np.flatnonzero(valence != 2)
     rows = np.empty((n, 8))
     for column, step in ((0, 1), (1, -1)):
         rows[:, column] = rows[:, column + 4] = n
@@ -198,7 +242,7 @@ def _find_next_corners(asked: Int32Array) -> Floats:
         found = np.take_along_axis(steps, order, axis=1)
         for k in range(found.shape[1]):
             rows[:, column + 4 * k] = found[:, k]
-            rows[:, column + 4 * k + 2] = asked[corners[order[:, k]]]
+            rows[:, column + 4 * k + 2] = valence[corners[order[:, k]]]
     return rows
 
 
@@ -212,9 +256,9 @@ def _locate(points: Floats, size: Floats, axes: Floats, inwards: Floats) -> Floa
     return np.column_stack([along, np.abs(run @ axes[0]), middle])
 
 
-def _measure_whole(around: Surroundings, points: Floats, size: Floats) -> NDArray[np.float64]:
-    """(WHOLE,) of the loop: how long, flat and round it is, how the normals spread, and the corners
-    that the surroundings ask for."""
+def _measure_whole(around: Neighbourhood, points: Floats, size: Floats) -> NDArray[np.float64]:
+    """(LOOP_WHOLE,) of the loop: how long, flat and round it is, how the normals spread, and the
+    corners that would be regular."""
     first = max(float(size[0]), _TINY)
     turned = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0)
     area = float(np.linalg.norm(turned)) / 2
@@ -227,10 +271,10 @@ def _measure_whole(around: Surroundings, points: Floats, size: Floats) -> NDArra
             area / square,
             np.log(max(area, 1e-12 * square) / around.scale**2),
             np.linalg.norm(around.normals.mean(axis=0)),
-            (around.asked == 1).sum(),
-            (around.asked == 3).sum(),
-            (around.asked == 4).sum(),
-            (around.due < 1).sum(),
+            (around.clamped_valence == 1).sum(),
+            (around.clamped_valence == 3).sum(),
+            (around.clamped_valence == 4).sum(),
+            (around.regular_valence < 1).sum(),
         ]
     )
 

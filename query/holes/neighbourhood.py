@@ -1,7 +1,10 @@
-"""What is known around a hole: for every vertex of its loop, the numbers that tell its corners.
+"""The neighbourhood of a hole: the mesh near its loop, renumbered, and the loop's own shape.
 
 At a loop vertex with o quads outside, a fill with 4 - o quads there leaves a regular vertex.
-Artists' loops pass irregular vertices too, so angles, lengths and neighbours are looked at as well.
+Artists' loops pass irregular vertices too, so angles, lengths and neighbours are measured as well
+(:mod:`query.holes.features`). A loop is also bound by the edges outside that join its vertices
+(:class:`HoleRim`): an edge has two faces, and quads within that join the two again would make it
+four.
 """
 
 from __future__ import annotations
@@ -15,30 +18,17 @@ from patterndb._native.query.holes.surroundings import (
     count_faces,
     find_normals_beyond,
     measure_fans,
-    own_features,
 )
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.holes.loops import Hole
-
-#: Loop vertices either side whose numbers count too.
-REACH = 4
-
-#: Numbers of one vertex, before those of its neighbours are put beside them; and those of the loop.
-OWN, WHOLE = 15, 4
-
-#: Numbers of the edge after a vertex, and of that before.
-AFTER_AND_BEFORE = ((5, 6), (7, 8), (9, 10))
-
-#: How many numbers :func:`measure_loop` gives a vertex.
-N_FEATURES = OWN * (2 * REACH + 1) + WHOLE
 
 #: Rings of faces around the loop that placing looks at.
 RINGS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Surroundings:
+class Neighbourhood:
     """The neighbourhood of a hole in numbers of its own: loop vertices 0..L-1 first.
 
     vertices:  (m,) int32 the mesh's vertices, the loop's first, each loop place apart even where
@@ -46,8 +36,9 @@ class Surroundings:
     points:    (m, 3) float64.
     corners, offsets: the faces near the loop, as of a PolygonMesh, turned as the fill's quads.
     outside:   (L,) int32 faces that meet at each loop vertex, outside.
-    due:       (L,) int32 quads that would make the vertex regular, which may be none or less.
-    asked:     (L,) int32 the same, from 1 to 4.
+    regular_valence: (L,) int32 quads that would make the vertex regular, which may be none or
+               less.
+    clamped_valence: (L,) int32 the same, from 1 to 4.
     normals:   (L, 3) unit normals of the faces outside. angle_outside: (L,) radians that they take.
     beyond:    (L, 3) unit normals of the faces across the loop's edges, 0 where there is none.
     scale:     the geometric mean of the edges of faces at the loop.
@@ -61,8 +52,8 @@ class Surroundings:
     corners: Int32Array
     offsets: NDArray[np.int64]
     outside: Int32Array
-    due: Int32Array
-    asked: Int32Array
+    regular_valence: Int32Array
+    clamped_valence: Int32Array
     normals: Floats
     angle_outside: Floats
     beyond: Floats
@@ -72,7 +63,7 @@ class Surroundings:
     far_valence: Floats
 
 
-def look_around(hole: Hole) -> Surroundings:
+def extract_neighbourhood(hole: Hole) -> Neighbourhood:
     """Collect the faces within RINGS rings of a hole, renumbered, loop vertices first."""
     t = hole.outside
     loop = hole.loop
@@ -116,25 +107,27 @@ def look_around(hole: Hole) -> Surroundings:
         # Nothing outside tells which way is up there: the loop itself does.
         normals[bare] = _loop_normal(hole.points)
     outside = np.array([len(fan) for fan in fans], np.int32)
-    due = 4 - outside
+    regular_valence = 4 - outside
     on_border = find_border_places(hole)
     if on_border.any():
         # On the mesh's own border four quads would not be regular: what was there is kept, and
         # where nothing was, a quad takes a right angle.
         there = np.bincount(_removed_corners(hole), minlength=len(points))[loop]
         wide = np.rint(_angles_inside(hole.points, normals) / (np.pi / 2)) - outside
-        due = np.where(on_border, np.where(there > 0, there, np.maximum(wide, 1)), due)
-    due = due.astype(np.int32)
+        regular_valence = np.where(
+            on_border, np.where(there > 0, there, np.maximum(wide, 1)), regular_valence
+        )
+    regular_valence = regular_valence.astype(np.int32)
     scale, area = _scales(placed, corner_array, offset_array, len(first), hole.points)
     spokes, far = _spokes(hole, fans)
-    return Surroundings(
+    return Neighbourhood(
         index,
         placed,
         corner_array,
         offset_array,
         outside,
-        due,
-        np.clip(due, 1, 4).astype(np.int32),
+        regular_valence,
+        np.clip(regular_valence, 1, 4).astype(np.int32),
         normals,
         angle,
         find_normals_beyond(placed, corner_array, offset_array, n),
@@ -151,20 +144,20 @@ def list_faces_near(hole: Hole, rings: int) -> list[int]:
     return sorted(_faces_at(hole, rings, at_loop))
 
 
-def surround_with_nothing(points: Floats, due: Int32Array) -> Surroundings:
+def make_bare_neighbourhood(points: Floats, regular_valence: Int32Array) -> Neighbourhood:
     """Describe a loop (L, 3) that no mesh surrounds, and whose quads at each vertex are given."""
     n = len(points)
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     scale = float(np.exp(np.log(np.maximum(lengths, 1e-300)).mean()))
     nothing = np.zeros(0, np.int32)
-    return Surroundings(
+    return Neighbourhood(
         np.arange(n, dtype=np.int32),
         points,
         nothing,
         np.zeros(1, np.int64),
         np.zeros(n, np.int32),
-        due,
-        np.clip(due, 1, 4).astype(np.int32),
+        regular_valence,
+        np.clip(regular_valence, 1, 4).astype(np.int32),
         np.tile(_loop_normal(points), (n, 1)),
         np.zeros(n),
         np.zeros((n, 3)),
@@ -173,39 +166,6 @@ def surround_with_nothing(points: Floats, due: Int32Array) -> Surroundings:
         np.full(n, np.nan),
         np.zeros(n),
     )
-
-
-def measure_loop(hole: Hole, around: Surroundings) -> Floats:
-    """(L, N_FEATURES) float64: the numbers that tell how many quads each vertex will get."""
-    own = own_features(
-        hole.points,
-        around.normals,
-        around.angle_outside,
-        around.outside,
-        around.asked,
-        around.scale,
-        around.spokes,
-        around.far_valence,
-    )
-    n = len(own)
-    at = (np.arange(n)[:, None] + np.arange(-REACH, REACH + 1)[None, :]) % n
-    window = own[at].reshape(n, -1)
-    turning = float((2 - around.asked).sum())
-    by_angle = float((2.0 - own[:, 1] / (np.pi / 2)).sum())
-    whole = np.array([np.log(n), turning - 4.0, by_angle - 4.0, float((around.asked != 2).mean())])
-    return np.hstack([window, np.broadcast_to(whole, (n, WHOLE))])
-
-
-def mirror_features(features: Floats) -> Floats:
-    """(L, N_FEATURES) what :func:`measure_loop` gives of the mirror image, vertices in the same
-    order."""
-    n = len(features)
-    window = features[:, : OWN * (2 * REACH + 1)].reshape(n, 2 * REACH + 1, OWN)
-    swapped = list(range(OWN))
-    for after, before in AFTER_AND_BEFORE:
-        swapped[after], swapped[before] = before, after
-    turned = window[:, ::-1][:, :, swapped].reshape(n, -1)
-    return np.hstack([turned, features[:, OWN * (2 * REACH + 1) :]])
 
 
 def find_border_places(hole: Hole) -> NDArray[np.bool_]:
@@ -321,3 +281,57 @@ def _scales(
     scale = float(np.exp(np.log(np.maximum(lengths, tiny)).mean()))
     area = float(np.exp(np.log(np.maximum(areas, tiny**2)).mean())) if areas else scale**2
     return scale, area
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HoleRim:
+    """A loop, and which of its places are joined outside.
+
+    loop:   (L,) int32 vertices. joined: (L, L) bool, does the mesh join two places that are not
+            next to each other, or are they one vertex?
+    bound:  is any pair joined? twice: does the loop run through a vertex twice?
+    """
+
+    loop: Int32Array
+    joined: NDArray[np.bool_]
+    bound: bool
+    twice: bool
+
+    @classmethod
+    def of(cls, hole: Hole) -> HoleRim:
+        """Of a hole; faces that are made anew join nothing."""
+        topology, loop = hole.topology, hole.loop
+        n = len(loop)
+        kept = np.ones(topology.mesh.n_faces, np.bool_)
+        kept[hole.removed] = False
+        near = np.isin(topology.tail, loop) & np.isin(topology.head, loop) & kept[topology.face]
+        names, name = np.unique(loop, return_inverse=True)
+        one = np.searchsorted(names, topology.tail[near])
+        two = np.searchsorted(names, topology.head[near])
+        by_name = np.eye(len(names), dtype=np.bool_)
+        by_name[one, two] = by_name[two, one] = True
+        joined = by_name[name][:, name]
+        place = np.arange(n)
+        for step in (-1, 0, 1):
+            joined[place, (place + step) % n] = False
+        return cls(loop, joined, bool(joined.any()), len(names) < n)
+
+    def admits(self, quads: Int32Array) -> bool:
+        """May these quads (q, 4), loop vertices 0 to L - 1, inner ones after, be welded in?"""
+        if not self.bound:
+            return True
+        n = len(self.loop)
+        a, b = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+        within = (a < n) & (b < n)
+        if self.joined[a[within], b[within]].any():
+            return False
+        if not self.twice:
+            return True
+        # Two edges of the fill may be one where their ends are one vertex.
+        top = int(quads.max()) + 1
+        name = np.arange(top)
+        name[:n] = np.unique(self.loop, return_inverse=True)[1]
+        name[n:] += n
+        a, b = name[a], name[b]
+        _, uses = np.unique(np.minimum(a, b) * (top + n) + np.maximum(a, b), return_counts=True)
+        return bool(uses.max() <= 2)
