@@ -31,8 +31,8 @@ import patterndb
 from patterndb._native.query.solving.halves import find_transport
 from patterndb.core.patternclass import PatternClass
 from query import Boundary
-from query.listing.filters import Filters
 from query.orientation import list_orientations
+from query.request import PatternFilter
 from query.solving import cpsat
 from query.solving.feasibility import find_feasible_orientations, find_feasible_rows
 from query.solving.systems import Chords
@@ -158,7 +158,7 @@ def main() -> None:
             asked = [
                 random_boundary(chance, n, *arguments.lengths) for _ in range(arguments.boundaries)
             ]
-            rows = Filters().rows(patterns, asked[0])
+            rows = PatternFilter().choose_rows(patterns, asked[0])
             fitting = [len(find_feasible_rows(patterns, b, rows)) for b in asked]
             for name, ask in ASKED:
                 ask(patterns, asked[0], rows)  # compiles

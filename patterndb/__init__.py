@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     )
     from query.listing.stream import Fills
     from query.placing import Placement, enclose_region, place
+    from query.request import FillRequest
     from query.stroke import Stroke
 
 #: What the starter database is called where databases are named by their files.
@@ -66,6 +67,7 @@ __all__ = [
     "Database",
     "DatabaseUnion",
     "Fill",
+    "FillRequest",
     "Fills",
     "HoleFill",
     "HoleFills",
@@ -104,6 +106,7 @@ _HOMES = {
     "Database": "patterndb.store",
     "DatabaseUnion": "patterndb.store",
     "Fill": "query",
+    "FillRequest": "query",
     "Fills": "query",
     "HoleFill": "query.holes",
     "HoleFills": "query.holes",

@@ -3,13 +3,14 @@
 Read it in this order:
 
     boundary, stroke    what is asked: sides and corners, and where the edge flow shall run
+    request             the options of a query, and the filters among them
     contour, ground     a boundary while it is drawn and changed, and what it is drawn on
     orientation         the 2N ways in which a pattern can meet a boundary
     families            patterns that are grown, not learned: every one with few irregular vertices
     marks               where a boundary's corners may fall on a pattern, its own corners or others
     solving             widths that make patterns meet lengths and strokes
     construct           a fill put together of parts, where no pattern has one
-    listing             the list of fills: filters, tables, ranks, lanes, the stream, the orders
+    listing             the list of fills: tables, ranks, lanes, the stream, the orders
     engine              ``fills`` and ``best``, which put the question
     fill, expand        what a fill is, and how a pattern and its widths become one
     identity, recognise when two fills are one; quads from elsewhere read as a pattern's
@@ -29,13 +30,15 @@ if TYPE_CHECKING:
     from query.engine import best, fills
     from query.fill import Fill
     from query.listing.stream import Fills
+    from query.request import FillRequest
     from query.stroke import Stroke
 
-__all__ = ["Boundary", "Fill", "Fills", "Stroke", "best", "fills"]
+__all__ = ["Boundary", "Fill", "FillRequest", "Fills", "Stroke", "best", "fills"]
 
 _HOME = {
     "Boundary": "query.boundary",
     "Fill": "query.fill",
+    "FillRequest": "query.request",
     "Fills": "query.listing.stream",
     "Stroke": "query.stroke",
     "best": "query.engine",

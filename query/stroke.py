@@ -15,10 +15,6 @@ from query.errors import InvalidQueryError
 #: (side, edge): an edge of the boundary, both from 0, edges counter-clockwise along the side.
 BoundaryEdge = tuple[int, int]
 
-#: Edges that a strand's end may lie off the stroke's end if not said otherwise (Marcias et al.
-#: 2015, section 4: "in all our experiments, we use K = 1").
-TOLERANCE = 1
-
 
 @dataclass(frozen=True, slots=True)
 class Stroke:

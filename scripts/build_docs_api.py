@@ -88,7 +88,7 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb.core.patternclass": ("PatternClass",),
     "patterndb.core.disk": ("Disk",),
     "patterndb.core.polygonmesh": ("PolygonMesh",),
-    "query.listing.filters": ("Filters",),
+    "query.request": ("FillRequest", "PatternFilter"),
     "query.families.family": ("Family", "load_family"),
     "patterndb.errors": (
         "InvalidMeshError",

@@ -12,6 +12,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
 from patterndb.system.documents import JsonModel
+from patterndb.system.numbers import TOLERANCE
 from patterndb_sketch.history import History
 from query import Boundary, Stroke
 from query.contour import Contour
@@ -26,7 +27,6 @@ from query.contourjson import (
 from query.engine import PatternSource
 from query.ground import DrawingGround
 from query.placing import Surface
-from query.stroke import TOLERANCE
 from viewer.background import Placed
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
 from viewer.finder import LIMIT, FillFinder

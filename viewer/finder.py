@@ -11,12 +11,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 
 from patterndb.errors import NotFoundError
+from patterndb.system.numbers import TOLERANCE
 from query import Boundary, Fill, Fills, Stroke, fills
 from query.engine import PatternSource
-from query.listing.filters import NO_DOUBLETS
 from query.listing.orders import ORDERS, default_order
 from query.placing import Surface
-from query.stroke import TOLERANCE
+from query.request import NO_DOUBLETS
 from viewer.background import FillSearch, OneAtATime, Placed, Placer
 
 #: Fills asked for at first; the key m asks for twice as many each time.

@@ -101,6 +101,11 @@ class PatternClass:
     def __len__(self) -> int:
         return len(self.ids)
 
+    @property
+    def n_corners(self) -> NDArray[np.int32]:
+        """(p,) int32 corners of every pattern: N."""
+        return np.full(len(self), self.n_sides, np.int32)
+
     def code(self, row: int) -> Code:
         """(4q,) uint16 code of the pattern in this row."""
         return unpack(self.codes[row]).astype(np.uint16)

@@ -1,4 +1,4 @@
-"""The largest numbers that options may have."""
+"""The largest numbers that options may have, and defaults that several packages share."""
 
 from __future__ import annotations
 
@@ -9,3 +9,7 @@ MOST_COUNT = 2**31 - 1
 #: The most edges around a boundary, see :mod:`patterndb.geometry.polyline`, and so the most that an
 #: end of a strand can be off.
 MOST_EDGES = 2_000
+
+#: Edges that a strand's end may miss the stroke's end by, by default (Marcias et al. 2015, section
+#: 4: "in all our experiments, we use K = 1").
+TOLERANCE = 1

@@ -91,7 +91,9 @@ def choose_patterns(
     """Choose patterns by the options of :func:`choice_options`: class by class, the fewest
     irregular vertices first, then the most frequent."""
     # Imported here because --help need not wait for it.
-    from query.listing.filters import Filters
+    import numpy as np
+
+    from query.request import PatternFilter
 
     n_sides = choice["n_sides"]
     ids = None
@@ -99,16 +101,17 @@ def choose_patterns(
         ids = database.pattern_ids(
             n_sides, choice["from_mesh"] or None, choice["from_licence"] or None
         )
-    filters = Filters(
-        choice["max_irregular"],
-        choice["valence"],
-        choice["max_quads"],
+    asked = PatternFilter(
+        max_irregular=choice["max_irregular"],
+        valence=choice["valence"],
+        max_quads=choice["max_quads"],
         min_frequency=choice["min_frequency"],
-        ids=ids,
     )
     for n in database.sides() if n_sides is None else (n_sides,):
         held = database.pattern_class(n)
-        passes = filters.passing(held)
+        passes = asked.admit_patterns(held) & asked.admit_fits(held)
+        if ids is not None:
+            passes &= np.isin(held.ids, ids)
         if choice["convex"]:
             passes &= held.n_reflex == 0
         for row in passes.nonzero()[0].tolist():

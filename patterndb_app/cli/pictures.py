@@ -206,7 +206,7 @@ def gallery(
     if convex and n_sides is None:
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query.listing.filters import NO_DOUBLETS, Filters
+    from query.request import NO_DOUBLETS, PatternFilter
     from viewer import Card
     from viewer.gallery import GallerySheet
 
@@ -227,7 +227,8 @@ def gallery(
             )
         assert n_sides is not None
         chosen = database.pattern_class(n_sides)
-        passes = Filters(max_irregular, valence).passing(chosen)
+        asked = PatternFilter(max_irregular=max_irregular, valence=valence)
+        passes = asked.admit_patterns(chosen) & asked.admit_fits(chosen)
         if convex:
             passes &= chosen.n_reflex == 0
         rows = passes.nonzero()[0].tolist()

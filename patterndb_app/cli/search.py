@@ -240,9 +240,9 @@ def search_arguments(given: dict[str, Any], server: str | None) -> dict[str, Any
             "order",
             "solver",
             "pattern",
+            "pattern_corners",
         )
     }
-    arguments["corners"] = given["pattern_corners"]
     arguments["meshes"] = given["from_mesh"] or None
     arguments["licences"] = given["from_licence"] or None
     arguments["origins"] = ("learned", "imported") if given["learned_only"] else None
@@ -298,9 +298,6 @@ def find_fills(
         if seconds < math.inf:
             arguments["time_limit"] = max(seconds, LEAST_SECONDS)
         return source.fills(boundary, **arguments)
-    name = arguments.get("pattern")
-    if name is not None:
-        arguments["pattern"] = _identify_pattern(source, name)
     return fills(source, boundary, **arguments)
 
 
@@ -424,13 +421,6 @@ def describe_stop(found: EndedEarly) -> str:
     if found.stopped is None:
         return ""
     return f"; the search was not complete ({found.stopped}), so that there may be more"
-
-
-def _identify_pattern(database: Database | DatabaseUnion, name: str) -> int:
-    """The id of a pattern, which no mesh need have shown if its name is given whole."""
-    if re.fullmatch(r"[0-9a-fA-F]{16}", name):
-        return int(name, 16)
-    return database.pattern(name).id
 
 
 def format_variants(count: int | None) -> str:

@@ -274,7 +274,6 @@ def make_question(
     """
     from patterndb.core.pattern import Pattern
 
-    names = {"corners": "pattern_corners"}
     question: dict[str, Any] = {}
     for name, value in options.items():
         if name == "threads":
@@ -285,7 +284,7 @@ def make_question(
             value = f"{value:016x}"
         elif isinstance(value, tuple | set | frozenset):
             value = list(cast("Iterable[object]", value))
-        question[names.get(name, name)] = value
+        question[name] = value
     if question.get("limit", 1) is None:
         raise InvalidQueryError("a service lists no fills without a limit; give one")
     question["corners"] = list(boundary.corners)

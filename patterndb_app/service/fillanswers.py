@@ -8,13 +8,13 @@ from typing import Any
 
 import msgspec
 
+from patterndb.system.numbers import TOLERANCE
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import FillQuestion
 from patterndb_app.service.work import GONE, LATE, STOPPING, RequestWork
 from query import Fill, Fills, fills
 from query.placing import Region, Surface, enclose_region, place
-from query.stroke import TOLERANCE
 
 #: Why a list ends that would be larger than the service allows.
 TOO_LARGE = "answer size"

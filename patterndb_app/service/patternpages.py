@@ -19,7 +19,7 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.notebook import draw
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.refusals import MalformedRequestError
-from query.listing.filters import Filters
+from query.request import PatternFilter
 
 
 class ListedPatternJson(TypedDict):
@@ -95,7 +95,7 @@ class PatternChoice:
     """Which patterns are listed, and how; None asks for nothing.
 
     sides: their number. cursor: where the page before ended. Other entries are as
-    :class:`query.listing.filters.Filters` has them, mesh and licence as
+    :class:`query.request.PatternFilter` has them, mesh and licence as
     :meth:`patterndb.store.Database.pattern_ids`.
     """
 
@@ -123,12 +123,11 @@ def list_page(database: ServedDatabase, choice: PatternChoice) -> PatternPageJso
     ids = None
     if choice.mesh or choice.licence:
         ids = database.pattern_ids(choice.sides, choice.mesh or None, choice.licence or None)
-    filters = Filters(
+    asked = PatternFilter(
         max_irregular=choice.max_irregular,
         max_quads=choice.max_quads,
         has_loop=choice.has_loop,
         min_frequency=choice.min_frequency,
-        ids=ids,
     )
     held = database.ask(lambda db: db.sides())
     classes = [n for n in held if choice.sides in (None, n)]
@@ -137,7 +136,9 @@ def list_page(database: ServedDatabase, choice: PatternChoice) -> PatternPageJso
     owners: list[tuple[PatternClass, NDArray[np.int64]]] = []
     for n in classes:
         patterns = database.pattern_class(n)
-        passes = filters.passing(patterns)
+        passes = asked.admit_patterns(patterns) & asked.admit_fits(patterns)
+        if ids is not None:
+            passes &= np.isin(patterns.ids, ids)
         if choice.convex is not None:
             passes &= (patterns.n_reflex == 0) == choice.convex
         rows = np.flatnonzero(passes)

@@ -104,8 +104,8 @@ class FillQuestion:
             number = int(name, 16)
             if number >= 2**63:
                 raise NotFoundError(f"no pattern's name begins with {name}")
-            return {**self.options, "pattern": number}
-        return {**self.options, "pattern": database.ask(lambda db: db.pattern(name)).id}
+            return {**self.options, "pattern": name}
+        return {**self.options, "pattern": database.ask(lambda db: db.pattern(name)).name}
 
 
 def read_body(data: bytes, limits: Limits, what: str) -> JsonValue:
@@ -180,7 +180,7 @@ def _list_keywords(options: FillOptions, limits: Limits) -> dict[str, Any]:
         if keywords.get(name) is not None:
             keywords[name] = tuple(keywords[name])
     if isinstance(options.pattern_corners, list):
-        keywords["corners"] = tuple(options.pattern_corners)
+        keywords["pattern_corners"] = tuple(options.pattern_corners)
     limit = LIMIT if options.limit is UNSET else options.limit
     for name, value, most in (
         ("limit", limit, limits.fills),

@@ -38,10 +38,10 @@ from query.holes.regular import (
 )
 from query.holes.symmetry import count_followed, find_mirrors, lose_by_mirrors
 from query.identity import hash_quads
-from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
 from query.listing.ranking import Listing, Ranking
 from query.listing.table import get_strict_table
+from query.request import NO_DOUBLETS, PatternFilter
 from query.solving.batch import pose_question
 from query.stroke import Stroke
 
@@ -425,7 +425,7 @@ class HoleSearch:
         table = get_strict_table(patterns)
         key = boundary.corners
         if key not in self._listings:
-            passing = Filters(valence=NO_DOUBLETS).admitted(table, table.n_corners)
+            passing = PatternFilter(valence=NO_DOUBLETS).admit_patterns(table)
             entries = table.entries(boundary, passing)
             self._listings[key] = Ranking(True, False).list_entries(table, entries)
         search = Search(

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
+from typing import Any
 
 from query.boundary import Boundary
 from query.construct import construct_fills
 from query.construct.plan import PartFill
 from query.expand import expand_marked
 from query.fill import Fill
-from query.listing.filters import Filters
 from query.listing.lane import Found, Search, Step
+from query.listing.prepared import PreparedQuery
 from query.listing.ranking import Rank
 from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, find_best_marked, load_family_index
 from query.placing.strands import count_edges_off
+from query.request import Filter, admits
 from query.stroke import Stroke
 
 #: Sides up to which the family has marked patterns worth looking through.
@@ -79,13 +81,7 @@ class ConstructedFill:
 
 
 def list_constructed(
-    search: Search,
-    filters: Filters,
-    strict: bool,
-    strokes: Sequence[Stroke],
-    least: int,
-    *,
-    grid_only: bool = False,
+    search: Search, query: PreparedQuery, least: int, *, grid_only: bool = False
 ) -> Iterator[Step]:
     """The constructed fills that pass the filters and follow the strokes, best first.
 
@@ -95,14 +91,16 @@ def list_constructed(
     :func:`query.construct.construct_fills`.
     """
     boundary = search.boundary
-    if filters.ids is not None or filters.min_frequency is not None:
+    request = query.request
+    if query.ids is not None or request.min_frequency is not None:
         return
+    filters = request.filters
     fewest = max(_count_least_irregular(boundary), least)
     yield Step([], _rank(search, fewest, 0, 0, -1))
     made = construct_fills(
         boundary,
         FamilyLookup.shared(),
-        strict=strict,
+        strict=request.strict,
         grid_only=grid_only,
         cancelled=search.cancelled,
     )
@@ -112,10 +110,10 @@ def list_constructed(
         irregular = max(fewest, fill.n_irregular)
         bound = _rank(search, irregular, fill.n_irregular_boundary, 0, place)
         found: list[Found] = []
-        off = _off(fill, search, strokes)
-        if off is not None and off >= search.least_off and _passes(fill, filters):
+        off = _off(fill, search, request.strokes)
+        if off is not None and off >= search.least_off and _passes(fill, query, filters):
             rank = _rank(search, irregular, fill.n_irregular_boundary, off, place)
-            distance = float(off) if strokes else None
+            distance = float(off) if request.strokes else None
             found.append((rank, ConstructedFill(replace(fill, flow_distance=distance))))
         yield Step(found, bound)
 
@@ -136,21 +134,31 @@ def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -
     return search.ranking.rank_constructed(irregular, AFTER + boundary, off, place)
 
 
-def _passes(fill: Fill, filters: Filters) -> bool:
-    if filters.max_irregular is not None and fill.n_irregular > filters.max_irregular:
+@dataclass(frozen=True, slots=True)
+class _FillColumns:
+    """The numbers of one fill that filters of patterns read, see FilterColumns."""
+
+    frequency: int
+    n_quads: int
+    n_loops: int
+    n_corners: int
+    min_valence: int
+    max_valence: int
+
+
+def _passes(fill: Fill, query: PreparedQuery, filters: Sequence[tuple[str, Filter, Any]]) -> bool:
+    pattern = fill.pattern
+    if query.only is not None and pattern.id not in query.only:
         return False
-    if filters.only is not None and fill.pattern.id not in filters.only:
-        return False
-    valences = fill.pattern.valences
-    if filters.valence is not None and valences:
-        least, greatest = filters.valence
-        if min(valences) < least or max(valences) > greatest:
-            return False
-    if filters.corners is not None:
-        least, greatest = filters.corners
-        if not least <= fill.pattern.n_sides <= greatest:
-            return False
-    return filters.has_loop is None or (fill.pattern.n_loops > 0) == filters.has_loop
+    columns = _FillColumns(
+        frequency=0,
+        n_quads=fill.n_quads,
+        n_loops=pattern.n_loops,
+        n_corners=pattern.n_sides,
+        min_valence=min(pattern.valences, default=4),
+        max_valence=max(pattern.valences, default=4),
+    )
+    return admits(filters, fill, columns)
 
 
 def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:

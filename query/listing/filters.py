@@ -1,149 +1,12 @@
-"""What a query asks of a pattern beside its lengths, and why nothing was found.
-
-:class:`Filters` is what may be asked. Where a list stays empty, :func:`explain_empty` says what no
-database could fill, and what this one does not hold.
-"""
+"""Why a list of fills is empty: what no database could fill, and what this one does not hold."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from patterndb.core.halfedge import Int32Array
 from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
-from query.errors import InvalidQueryError, refuse_large
-
-Range = tuple[int, int]
-
-#: Interior vertices of two quads make poor meshes: refused unless asked for.
-NO_DOUBLETS: Range = (3, 10_000)
-
-
-class FilterColumns(Protocol):
-    """What filters look at: (r,) arrays over patterns."""
-
-    @property
-    def ids(self) -> NDArray[np.int64]: ...
-    @property
-    def frequency(self) -> NDArray[np.int64]: ...
-    @property
-    def n_quads(self) -> Int32Array: ...
-    @property
-    def n_loops(self) -> Int32Array: ...
-    @property
-    def min_valence(self) -> Int32Array: ...
-    @property
-    def max_valence(self) -> Int32Array: ...
-
-
-@dataclass(frozen=True, slots=True)
-class Filters:
-    """What may be asked for; None asks for nothing.
-
-    max_irregular: the most irregular vertices, interior and boundary.
-    valence:  (least, greatest) valence of every irregular interior vertex. A pattern without
-              any passes.
-    max_quads: the most quads of a fill.
-    corners:  (least, greatest) number of corners of the pattern.
-    has_loop: has the pattern a loop polychord?
-    min_frequency: the fewest patches in which the pattern was seen.
-    max_boundary_irregular: the most irregular vertices on the boundary.
-    ids:      (k,) int64, ascending: patterns that may be taken, see
-              :meth:`patterndb.store.Database.pattern_ids`.
-    only:     the patterns that may be taken, by their ids, also of constructed fills.
-
-    Raises InvalidQueryError for a negative bound, an empty range, and for numbers above MOST_COUNT.
-    """
-
-    max_irregular: int | None = None
-    valence: Range | None = None
-    max_quads: int | None = None
-    corners: Range | None = None
-    has_loop: bool | None = None
-    min_frequency: int | None = None
-    max_boundary_irregular: int | None = None
-    ids: NDArray[np.int64] | None = field(default=None, compare=False)
-    only: frozenset[int] | None = None
-
-    def __post_init__(self) -> None:
-        if self.max_irregular is not None and self.max_irregular < 0:
-            raise InvalidQueryError(
-                f"max_irregular is {self.max_irregular}; 0 asks for regular fills only"
-            )
-        if self.max_boundary_irregular is not None and self.max_boundary_irregular < 0:
-            raise InvalidQueryError(
-                f"max_boundary_irregular is {self.max_boundary_irregular}; 0 asks for strict "
-                "fills only"
-            )
-        if self.valence is not None and not 1 <= self.valence[0] <= self.valence[1]:
-            raise InvalidQueryError(
-                f"valence is {self.valence}; write (least, greatest), such as (3, 5)"
-            )
-        if self.corners is not None and not 0 <= self.corners[0] <= self.corners[1]:
-            raise InvalidQueryError(
-                f"corners is {self.corners}; write (least, greatest), such as (4, 6)"
-            )
-        for name, value in (
-            ("max_irregular", self.max_irregular),
-            ("max_boundary_irregular", self.max_boundary_irregular),
-            ("max_quads", self.max_quads),
-            ("min_frequency", self.min_frequency),
-            ("valence", None if self.valence is None else self.valence[1]),
-            ("corners", None if self.corners is None else self.corners[1]),
-        ):
-            if value is not None:
-                refuse_large(name, value)
-        for name, value in (("max_quads", self.max_quads), ("min_frequency", self.min_frequency)):
-            if value is not None and value < 1:
-                raise InvalidQueryError(f"{name} is {value}; the least is 1, None leaves it open")
-
-    @property
-    def of_few(self) -> bool:
-        """Are they for some patterns by name, so that nobody else will ask the same?"""
-        return self.ids is not None or self.only is not None
-
-    def rows(self, patterns: PatternClass, boundary: Boundary) -> NDArray[np.int64]:
-        """(r,) int64 rows, ascending, that pass and have the boundary's corner kinds in number."""
-        same_kinds = patterns.n_reflex == boundary.n_reflex
-        return np.flatnonzero(same_kinds & self.passing(patterns))
-
-    def passing(self, patterns: PatternClass) -> NDArray[np.bool_]:
-        """(p,) bool: which patterns of the class pass, as strict fills."""
-        passes = self.admitted(patterns, np.full(len(patterns), patterns.n_sides, np.int32))
-        if self.max_irregular is not None:
-            passes &= patterns.n_irregular <= self.max_irregular
-        return passes
-
-    def admitted(self, patterns: FilterColumns, n_corners: Int32Array) -> NDArray[np.bool_]:
-        """(r,) bool: which patterns pass, whatever their fills' irregular vertices.
-
-        n_corners: (r,) their corners.
-        """
-        passes = np.ones(len(patterns.ids), np.bool_)
-        if self.valence is not None:
-            # Without irregular vertices both bounds are 4.
-            least, greatest = self.valence
-            within = (patterns.min_valence >= least) & (patterns.max_valence <= greatest)
-            passes &= within | ((patterns.min_valence == 4) & (patterns.max_valence == 4))
-        if self.max_quads is not None:
-            passes &= patterns.n_quads <= self.max_quads
-        if self.corners is not None:
-            passes &= (n_corners >= self.corners[0]) & (n_corners <= self.corners[1])
-        if self.has_loop is not None:
-            passes &= (patterns.n_loops > 0) == self.has_loop
-        if self.min_frequency is not None:
-            passes &= patterns.frequency >= self.min_frequency
-        if self.ids is not None:
-            passes &= np.isin(patterns.ids, self.ids)
-        if self.only is not None:
-            passes &= np.isin(patterns.ids, list(self.only))
-        return passes
-
+from query.request import PatternFilter
 
 #: Quads around an interior vertex are at least two: with one, it would meet itself.
 LEAST_VALENCE = 2
@@ -152,7 +15,7 @@ LEAST_VALENCE = 2
 def explain_empty(
     patterns: PatternClass,
     boundary: Boundary,
-    filters: Filters,
+    filters: PatternFilter,
     n_candidates: int,
     *,
     strict: bool,
@@ -206,7 +69,7 @@ def _list_groups(together: Sequence[tuple[int, ...]] | None, strokes: int) -> st
     return f", but there are fills with {groups}{alone}, counted as they were given"
 
 
-def explain_impossible(boundary: Boundary, filters: Filters) -> str | None:
+def explain_impossible(boundary: Boundary, filters: PatternFilter) -> str | None:
     """Why no strict fill exists at all, or None where nothing forbids one.
 
     Only what can be proved of every quad mesh is said. None is no promise of a fill.
@@ -227,7 +90,7 @@ def _short_side(boundary: Boundary) -> str | None:
     )
 
 
-def _too_few_irregular(boundary: Boundary, filters: Filters) -> str | None:
+def _too_few_irregular(boundary: Boundary, filters: PatternFilter) -> str | None:
     """Gauss-Bonnet: convex corners - reflex corners + sum over interior (4 - valence) = 4."""
     missing = 4 - sum(2 - count for count in boundary.corner_counts)
     if missing == 0:

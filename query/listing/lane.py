@@ -162,7 +162,7 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
 
     least: no fit has fewer irregular vertices.
     """
-    possible = listing.entries.irregular >= least
+    possible = listing.entries.n_irregular >= least
     if not possible.all():
         listing = listing.take(possible)
     if not len(listing):
@@ -271,7 +271,7 @@ def _fits(
             for wide in loops:
                 if place >= known and offs[f] >= search.least_off:
                     off = offs[f] if search.strokes or search.n_loops else None
-                    on_boundary = int(listing.entries.boundary[at])
+                    on_boundary = int(listing.entries.n_irregular_boundary[at])
                     fit = Fit(table, row, turned[f], tuple(widths[f]), wide, on_boundary, off)
                     found.append((listing.rank(at, offs[f], place), fit))
                 place += 1

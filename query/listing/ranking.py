@@ -64,11 +64,11 @@ class Ranking:
             # What was only ever used counts as seen in one mesh.
             meshes = np.maximum(meshes, uses > 0)
         worth = meshes * seen.astype(np.float64) * table.n_symmetries[entries.row]
-        worth[entries.boundary > 0] = 0.0
+        worth[entries.n_irregular_boundary > 0] = 0.0
         ids = table.ids[entries.row]
         # Entries of one pattern stand in the order of their rows.
         common = worth if self.worth else seen
-        keys = (entries.row, ids, -common, entries.boundary, entries.irregular)
+        keys = (entries.row, ids, -common, entries.n_irregular_boundary, entries.n_irregular)
         order = np.lexsort((*keys, -worth) if self.artist else keys)
         return Listing(self, entries.take(order), worth[order], seen[order], table.ids)
 
@@ -111,8 +111,8 @@ class Listing:
         row's, from 0; with place -1 a rank before all of them."""
         entries = self.entries
         regular = (
-            int(entries.irregular[at]),
-            int(entries.boundary[at]),
+            int(entries.n_irregular[at]),
+            int(entries.n_irregular_boundary[at]),
             -float(self.worth[at] if self.ranking.worth else self.seen[at]),
             int(self.ids[entries.row[at]]),
             int(entries.row[at]),

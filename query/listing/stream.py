@@ -13,20 +13,18 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations, islice
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
-from patterndb.core.patternclass import PatternClass
 from patterndb.errors import TimeLimitError
 from patterndb.system.deadline import Alarm, begin_task, end_by, get_deadline
-from query.boundary import Boundary
+from patterndb.system.requests import list_options
 from query.ending import EndFlag, refuse_if_ended, wait_unless_ended
 from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
-from query.listing.filters import NO_DOUBLETS, Filters, explain_empty
+from query.listing.filters import explain_empty
 from query.listing.lane import (
     FIRST_KEPT,
     Candidate,
@@ -37,10 +35,10 @@ from query.listing.lane import (
     find_feasible,
     search_table,
 )
-from query.listing.orders import ORDERS, FillOrder, Measure
+from query.listing.orders import ORDERS, Measure
+from query.listing.prepared import PreparedQuery
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import (
-    Frequencies,
     RelaxedTable,
     Table,
     TableEntries,
@@ -49,13 +47,9 @@ from query.listing.table import (
     get_strict_table,
 )
 from query.recognise import reread_fill
+from query.request import FillRequest, admits
 from query.solving.batch import Question, pose_question
 from query.solving.feasibility import find_feasible_rows
-from query.stroke import Stroke
-
-#: Where at most so many fills of a pattern are listed, orders that measure fills look at so many
-#: patterns at least, as far as there are.
-PATTERNS_IN_POOL = 20
 
 #: Variants of a fill that are counted unless told otherwise.
 MOST_COUNTED = 25
@@ -84,46 +78,6 @@ FAMILY = "family"
 CONSTRUCTED = "constructed"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Query:
-    """The arguments of :func:`query.engine.fills`, checked.
-
-    patterns: the class of the boundary's number of sides. frequencies: gives the patches in
-    which patterns of these ids, of any class, were seen; None where only the class is known.
-    known: a fill that is not to be listed again.
-    """
-
-    patterns: PatternClass
-    frequencies: Frequencies | None
-    boundary: Boundary
-    strokes: tuple[Stroke, ...]
-    tolerance: int
-    limit: int | None
-    per_pattern: int | None
-    order: FillOrder
-    filters: Filters
-    strict: bool
-    origins: frozenset[str] | None
-    use_counts: bool
-    time_limit: float | None
-    pool: int
-    by_cpsat: bool
-    threads: int | None
-    known: Fill | None = None
-
-    @property
-    def most_looked_at(self) -> int | None:
-        """The most fills of one pattern that are made: more than are listed, where an order has to
-        measure them to tell which of them come first."""
-        if self.per_pattern is None or self.order.measure is None:
-            return self.per_pattern
-        return max(self.per_pattern, self.pool // PATTERNS_IN_POOL)
-
-    def wants(self, origin: str) -> bool:
-        """May fills have this origin?"""
-        return self.origins is None or origin in self.origins
-
-
 class Fills(Iterator[Fill]):
     """An iterator over the fills of a boundary, best first; see :func:`query.engine.fills`.
 
@@ -141,7 +95,7 @@ class Fills(Iterator[Fill]):
     at any time.
     """
 
-    def __init__(self, query: Query) -> None:
+    def __init__(self, query: PreparedQuery) -> None:
         self.boundary = query.boundary
         self.cut_short = False
         self.seconds = 0.0
@@ -212,7 +166,7 @@ class Fills(Iterator[Fill]):
         if search.strokes or search.by_cpsat:
             return int(find_feasible(table, entries, search, once=True).any(axis=1).sum())
         rows = find_feasible_rows(
-            q.patterns, q.boundary, entries.row, threads=q.threads, cancel=self._cancelled
+            q.patterns, q.boundary, entries.row, threads=q.request.threads, cancel=self._cancelled
         )
         return len(rows)
 
@@ -235,12 +189,12 @@ class Fills(Iterator[Fill]):
             return explain_empty(
                 q.patterns,
                 q.boundary,
-                q.filters,
+                q.request,
                 candidates,
-                strict=q.filters.max_boundary_irregular == 0,
-                strokes=len(q.strokes),
-                together=self._find_compatible_strokes() if len(q.strokes) > 1 else [],
-                relaxed=[] if q.strokes else self._list_relaxed(),
+                strict=q.request.strict or q.request.max_boundary_irregular == 0,
+                strokes=len(q.request.strokes),
+                together=self._find_compatible_strokes() if len(q.request.strokes) > 1 else [],
+                relaxed=[] if q.request.strokes else self._list_relaxed(),
             )
 
     def _find_compatible_strokes(self) -> list[tuple[int, ...]] | None:
@@ -248,7 +202,7 @@ class Fills(Iterator[Fill]):
 
         Empty where no stroke alone has a fill; None where that is not known when time is up.
         """
-        n = len(self._query.strokes)
+        n = len(self._query.request.strokes)
         alone = [self._has_fill_with((number,)) for number in range(n)]
         usable = [number for number, has in enumerate(alone) if has]
         # A fill of several strokes is one of each of them.
@@ -266,49 +220,27 @@ class Fills(Iterator[Fill]):
     def _list_relaxed(self) -> list[str]:
         """List what can be had without one of the filters, for each that alone leaves it out."""
         q = self._query
-        filters, told = q.filters, list[str]()
-        if filters.max_irregular is not None:
-            # This order begins with the fill that has the fewest.
-            first = self._find_without(filters=replace(filters, max_irregular=None))
+        found: list[str] = []
+        for name, rule, value in q.request.filters:
+            free = list_options(FillRequest)[name].default
+            if not rule.without or value == free:
+                continue
+            first = self._find_without(q.change(**{name: free}))
             if first is not None:
-                told.append(
-                    f"the fewest irregular vertices that any fill has are {first.n_irregular}, but "
-                    f"max_irregular is {filters.max_irregular}"
-                )
-        if filters.max_quads is not None:
-            first = self._find_without(filters=replace(filters, max_quads=None))
-            if first is not None:
-                told.append(
-                    f"there is one of {len(first.quads)} quads, but max_quads is "
-                    f"{filters.max_quads}"
-                )
-        others = {
-            "the range of valences": {"valence": NO_DOUBLETS},
-            "the range of corners": {"corners": None},
-            "what was asked about loops": {"has_loop": None},
-            "the fewest patches": {"min_frequency": None},
-            "the choice of meshes and licences": {"ids": None},
-        }
-        for words, change in others.items():
-            ((name, free),) = change.items()
-            value = getattr(filters, name)
-            # Ids are an array, which compares element by element.
-            chosen = value is not None and (name == "ids" or value != free)
-            if chosen and self._find_without(filters=replace(filters, **change)):
-                told.append(f"there are fills without {words}")
-        if q.origins is not None and self._find_without(origins=None):
-            told.append("there are fills of patterns that the database does not hold")
-        return told
+                found.append(rule.without.format(fill=first, value=value))
+        if q.ids is not None and self._find_without(replace(q, ids=None)) is not None:
+            found.append("there are fills without the choice of meshes and licences")
+        return found
 
-    def _find_without(self, **changes: Any) -> Fill | None:
-        """Find the most regular fill of the query with changes, in what is left of its time.
+    def _find_without(self, query: PreparedQuery) -> Fill | None:
+        """Find the most regular fill of a less strict query, in what is left of the time.
 
         Its flag is that of this list, so that the limit and :meth:`cancel` end it as well.
         """
         if self._cancelled[0]:
             return None
-        changed = replace(self._query, **{"order": ORDERS["regular"], **changes})
-        some = Fills(replace(changed, limit=1, time_limit=None))
+        changed = query.change(limit=1, time_limit=None)
+        some = Fills(replace(changed, order=ORDERS["regular"]))
         some._cancelled = self._cancelled
         return next(some, None)
 
@@ -320,8 +252,9 @@ class Fills(Iterator[Fill]):
         if self._cancelled[0]:
             return None
         q = self._query
-        strokes = tuple(q.strokes[i] for i in group)
-        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1, time_limit=None))
+        strokes = tuple(q.request.strokes[i] for i in group)
+        changed = q.change(strokes=strokes, limit=1, time_limit=None)
+        some = Fills(replace(changed, order=ORDERS["regular"]))
         some._cancelled = self._cancelled
         if next(some, None) is not None:
             return True
@@ -332,7 +265,7 @@ class Fills(Iterator[Fill]):
         if self._begun:
             return
         self._begun = True
-        limit = self._query.time_limit
+        limit = self._query.request.time_limit
         mine = math.inf if limit is None else perf_counter() + limit
         self._deadline = min(mine, get_deadline())
         if self._deadline < math.inf:
@@ -364,9 +297,8 @@ class Fills(Iterator[Fill]):
         fill: one of this list. They are what a list with per_pattern=1 leaves out: they pass all
         that was asked for here but per_pattern, and ``limit`` takes the place of this list's.
         """
-        q = self._query
-        filters = replace(q.filters, only=frozenset((fill.pattern.id,)))
-        return Fills(replace(q, filters=filters, limit=limit, per_pattern=None, known=fill))
+        changed = self._query.change(limit=limit, per_pattern=None)
+        return Fills(replace(changed, only=frozenset((fill.pattern.id,)), known=fill))
 
     def count_variants(self, fills: Sequence[Fill], most: int = MOST_COUNTED) -> list[int | None]:
         """Count the other fills of each fill's pattern, up to ``most``: families of long sides
@@ -374,18 +306,10 @@ class Fills(Iterator[Fill]):
 
         fills: some of this list, of different patterns.
         """
-        q = self._query
-        counted = Fills(
-            replace(
-                q,
-                time_limit=None,
-                filters=replace(q.filters, only=frozenset(fill.pattern.id for fill in fills)),
-                # No order needs to measure what is only counted.
-                order=ORDERS["regular"],
-                limit=None,
-                per_pattern=most + 1,
-            )
-        )
+        only = frozenset(fill.pattern.id for fill in fills)
+        changed = self._query.change(time_limit=None, limit=None, per_pattern=most + 1)
+        # No order needs to measure what is only counted.
+        counted = Fills(replace(changed, only=only, order=ORDERS["regular"]))
         counted._cancelled = self._cancelled
         with self._timed():
             of_pattern = Counter(fill.pattern.id for fill in counted)
@@ -400,9 +324,9 @@ class Fills(Iterator[Fill]):
         q = self._query
         try:
             measure = q.order.measure
-            source = self._ranked(q.limit) if measure is None else self._measured(measure)
+            source = self._ranked(q.request.limit) if measure is None else self._measured(measure)
             for count, fill in enumerate(source):
-                if count == q.limit:
+                if count == q.request.limit:
                     self.cut_short = True
                     return
                 yield fill
@@ -431,8 +355,8 @@ class Fills(Iterator[Fill]):
         """The fills of the pool, by what is measured on them; of every pattern the best."""
         q = self._query
         pool: list[_Measured] = []
-        for place, fill in enumerate(self._ranked(q.pool)):
-            if place == q.pool:
+        for place, fill in enumerate(self._ranked(q.request.pool)):
+            if place == q.request.pool:
                 self.cut_short = True
                 break
             off = fill.flow_distance or 0.0
@@ -447,22 +371,23 @@ class Fills(Iterator[Fill]):
             pool.append(_Measured(not q.order.needs_strokes and off > 0, value, place, fill))
         pool.sort(key=lambda one: (one.near, one.value, one.place))
         if q.order.alike is not None:
-            pool = _sort_alike(pool, q.order.alike(q.boundary, q.strokes))
+            pool = _sort_alike(pool, q.order.alike(q.boundary, q.request.strokes))
         of_pattern: Counter[int] = Counter()
+        most = q.request.per_pattern
         for one in pool:
             of_pattern[one.fill.pattern.id] += 1
-            if q.per_pattern is not None and of_pattern[one.fill.pattern.id] > q.per_pattern:
+            if most is not None and of_pattern[one.fill.pattern.id] > most:
                 self._left_out = True
                 continue
             yield one.fill
 
     def _measure(self, measure: Measure, fill: Fill) -> tuple[float, Fill] | None:
         """Measure a fill; None where the list is ended before that is done."""
-        q = self._query
+        q, asked = self._query, self._query.request
         if fill.n_quads < LARGE_QUADS:
-            return measure(fill, q.boundary, q.strokes, q.tolerance)
+            return measure(fill, q.boundary, asked.strokes, asked.tolerance)
         # One that is placed takes a second, in which nothing looks at the flag.
-        task = begin_task(partial(measure, fill, q.boundary, q.strokes, q.tolerance))
+        task = begin_task(partial(measure, fill, q.boundary, asked.strokes, asked.tolerance))
         return task.result() if wait_unless_ended(task, self._cancelled) else None
 
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
@@ -495,13 +420,13 @@ class Fills(Iterator[Fill]):
         sieve = _Sieve(q)
         if q.known is not None:
             sieve.list_first(q.known)
-        if any(not stroke.is_loop for stroke in q.strokes) and q.tolerance:
+        if any(not stroke.is_loop for stroke in q.request.strokes) and q.request.tolerance:
             # What was drawn is nearly always meant exactly: what misses it comes last. A search
             # for exact strands has few rows to look through, and ends before it is searched on.
             yield from self._merged(self._search(wanted, artist, tolerance=0), sieve)
             yield from self._merged(self._search(wanted, artist, least_off=1), sieve)
             return
-        if artist and not q.strokes and q.known is None:
+        if artist and not q.request.strokes and q.known is None:
             first = self._find_first()
             if first is not None:
                 sieve.list_first(first)
@@ -570,11 +495,11 @@ class Fills(Iterator[Fill]):
     def _in_a_hurry(self) -> Iterator[Fill]:
         """A grid, which needs no search, where time is up before there was any fill."""
         q = self._query
-        if not q.wants(CONSTRUCTED):
+        if not q.request.wants(CONSTRUCTED):
             return
         sieve = _Sieve(q)
         search = self._search(1, q.order.name != "regular")
-        for step in list_constructed(search, q.filters, q.strict, q.strokes, 0, grid_only=True):
+        for step in list_constructed(search, q, 0, grid_only=True):
             for _, candidate in step.found:
                 if (
                     not isinstance(candidate, More)
@@ -593,15 +518,15 @@ class Fills(Iterator[Fill]):
         least = None
         if "full" in q.boundary.corners:
             return  # neither the family nor what is constructed has such corners
-        if q.wants(FAMILY) or q.wants(LEARNED):
+        if q.request.wants(FAMILY) or q.request.wants(LEARNED):
             # Making the table takes a third of a second where the database was just opened.
             refuse_if_ended(self._cancelled)
             table = get_relaxed_table(q.patterns, q.frequencies)
-            least = table.least(q.boundary, q.filters.max_boundary_irregular)
+            least = table.least(q.boundary, q.request.max_boundary_irregular)
             if least is not None:
                 yield search_table(table, self._listing(table, search.ranking), search, least)
-        if q.wants(CONSTRUCTED):
-            yield list_constructed(search, q.filters, q.strict, q.strokes, least or 0)
+        if q.request.wants(CONSTRUCTED):
+            yield list_constructed(search, q, least or 0)
 
     def _entries(self, table: Table) -> TableEntries:
         """The rows of a table that pass the filters."""
@@ -613,24 +538,25 @@ class Fills(Iterator[Fill]):
         Kept with the table: whoever asks often asks much the same way.
         """
         q = self._query
-        loops = any(stroke.is_loop for stroke in q.strokes)
-        asked_before = (q.boundary.corners, q.filters, loops, q.wants(FAMILY), ranking)
-        known = None if q.filters.of_few else table.listings.get(asked_before)
+        loops = any(stroke.is_loop for stroke in q.request.strokes)
+        rules = tuple(
+            (name, value)
+            for name, rule, value in q.request.filters
+            if rule.pattern is not None or rule.fit is not None
+        )
+        asked_before = (q.boundary.corners, rules, loops, q.request.wants(FAMILY), ranking)
+        known = None if q.of_few else table.listings.get(asked_before)
         if known is not None:
             return known
-        passing = q.filters.admitted(table, table.n_corners)
-        if isinstance(table, RelaxedTable) and not q.wants(FAMILY):
+        passing = q.admit_rows(table)
+        if isinstance(table, RelaxedTable) and not q.request.wants(FAMILY):
             passing &= table.frequency > 0
         if loops:
             passing &= table.n_loops > 0
         entries = table.entries(q.boundary, passing)
-        kept = np.ones(len(entries), np.bool_)
-        if q.filters.max_irregular is not None:
-            kept &= entries.irregular <= q.filters.max_irregular
-        if q.filters.max_boundary_irregular is not None:
-            kept &= entries.boundary <= q.filters.max_boundary_irregular
+        kept = q.request.admit_fits(entries)
         listing = ranking.list_entries(table, entries if kept.all() else entries.take(kept))
-        if not q.filters.of_few:
+        if not q.of_few:
             with _KEEPING:
                 while len(table.listings) >= LISTINGS_KEPT:
                     table.listings.pop(next(iter(table.listings)))
@@ -649,19 +575,19 @@ class Fills(Iterator[Fill]):
         """worth: see :class:`Ranking`. tolerance: None for the query's."""
         q = self._query
         most = min((n for n in (wanted, q.most_looked_at) if n is not None), default=None)
-        off = q.tolerance if tolerance is None else tolerance
+        off = q.request.tolerance if tolerance is None else tolerance
         if off not in self._questions:
-            self._questions[off] = pose_question(q.boundary, q.strokes, off)
+            self._questions[off] = pose_question(q.boundary, q.request.strokes, off)
         return Search(
             boundary=q.boundary,
             question=self._questions[off],
-            ranking=Ranking(artist, q.use_counts, worth),
+            ranking=Ranking(artist, q.request.use_counts, worth),
             # One more than is asked for tells whether there are more.
             keep=FIRST_KEPT if most is None else min(most + 1, FIRST_KEPT),
-            n_loops=sum(s.is_loop for s in q.strokes),
+            n_loops=sum(s.is_loop for s in q.request.strokes),
             cancelled=self._cancelled,
-            by_cpsat=q.by_cpsat,
-            threads=q.threads,
+            by_cpsat=q.request.solver == "cp-sat",
+            threads=q.request.threads,
             least_off=least_off,
         )
 
@@ -721,8 +647,9 @@ class _Ahead:
 class _Sieve:
     """Makes candidates fills, and lets pass what is new and was asked for."""
 
-    def __init__(self, query: Query) -> None:
+    def __init__(self, query: PreparedQuery) -> None:
         self._query = query
+        self._filters = query.request.filters
         self._closed = query.boundary.n_sides == 0
         self._of_pattern: Counter[int] = Counter()
         # Candidates, which are small: their fills are made again where they are compared.
@@ -771,9 +698,7 @@ class _Sieve:
             and hash_fill(fill, self._closed) == self._hash_first()
         ):
             return None
-        if not q.wants(fill.origin):
-            return None
-        if q.filters.max_quads is not None and fill.n_quads > q.filters.max_quads:
+        if not admits(self._filters, fill):
             return None
         if candidate.may_repeat and not is_mesh(fill.quads):
             return None

@@ -45,16 +45,16 @@ class TableEntries:
     A row whose orientations cost unlike numbers of irregular vertices comes once for each.
 
     row:       (e,) int64 row of the table.
-    irregular: (e,) int32 irregular vertices in all, the same in all allowed orientations.
-    boundary:  (e,) int32 those of them on the boundary.
+    n_irregular: (e,) int32 irregular vertices in all, the same in all allowed orientations.
+    n_irregular_boundary: (e,) int32 those of them on the boundary.
     packed:    (e, ceil(o / 8)) uint8, ``allowed``, eight to a byte: a query keeps some million
                entries for each order, and looks at few of them.
     n_orientations: o.
     """
 
     row: NDArray[np.int64]
-    irregular: Int32Array
-    boundary: Int32Array
+    n_irregular: Int32Array
+    n_irregular_boundary: Int32Array
     packed: NDArray[np.uint8]
     n_orientations: int
 
@@ -71,8 +71,8 @@ class TableEntries:
         """Those of the entries, in that order."""
         return TableEntries(
             self.row[at],
-            self.irregular[at],
-            self.boundary[at],
+            self.n_irregular[at],
+            self.n_irregular_boundary[at],
             self.packed[at],
             self.n_orientations,
         )
@@ -309,8 +309,8 @@ class RelaxedTable:
             return TableEntries(rows[:0], none, none, packed, len(every))
         return TableEntries(
             np.concatenate([p.row for p in parts]),
-            np.concatenate([p.irregular for p in parts]),
-            np.concatenate([p.boundary for p in parts]),
+            np.concatenate([p.n_irregular for p in parts]),
+            np.concatenate([p.n_irregular_boundary for p in parts]),
             np.concatenate([p.packed for p in parts]),
             len(every),
         )

@@ -18,6 +18,7 @@ from patterndb._native.query.placing.strands import find_far_ends
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
+from patterndb.system.numbers import TOLERANCE
 from query.placing.strands import (
     SidedDisk,
     assign_strands,
@@ -26,7 +27,7 @@ from query.placing.strands import (
     locate_span,
     walk_strand,
 )
-from query.stroke import TOLERANCE, Stroke
+from query.stroke import Stroke
 
 #: Places along a stroke where its distance to a midline is measured, at the middles of as
 #: many equal parts.

@@ -22,6 +22,7 @@ from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface, Triangles
+from patterndb.system.numbers import TOLERANCE
 from query.errors import InvalidQueryError
 from query.placing.flow import Following, follow_strokes
 from query.placing.laplace import HeldQuads
@@ -40,7 +41,7 @@ from query.placing.projection import (
 from query.placing.region import Region, enclose_region
 from query.placing.strands import SidedDisk, locate_edge
 from query.placing.untangle import REACHES, UNMOVED, Mended, MendOptions, mend
-from query.stroke import TOLERANCE, Stroke
+from query.stroke import Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
 #: was not flipped before, and no strand ends farther from its stroke.

@@ -23,7 +23,8 @@ from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError
 from query.identity import is_mesh
-from query.listing.filters import NO_DOUBLETS, Filters, explain_impossible
+from query.listing.filters import explain_impossible
+from query.request import NO_DOUBLETS, PatternFilter
 from query.solving import batch, feasibility
 from tests.support.query.cases import (
     LEARNED,
@@ -304,12 +305,12 @@ def test_an_empty_list_says_why(
 
 def test_what_is_called_impossible_has_no_small_fill() -> None:
     for boundary in small_fills():
-        assert explain_impossible(boundary, Filters()) is None
+        assert explain_impossible(boundary, PatternFilter()) is None
     for boundary in some_boundaries(100):
         for filters in [
-            *(Filters(max_irregular=n) for n in range(4)),
-            *(Filters(2, (3, g)) for g in (3, 4, 5)),
-            *(Filters(None, (least, 5)) for least in (3, 4, 5)),
+            *(PatternFilter(max_irregular=n) for n in range(4)),
+            *(PatternFilter(max_irregular=2, valence=(3, g)) for g in (3, 4, 5)),
+            *(PatternFilter(valence=(least, 5)) for least in (3, 4, 5)),
         ]:
             if explain_impossible(boundary, filters):
                 options = {"max_irregular": filters.max_irregular, "valence": filters.valence}

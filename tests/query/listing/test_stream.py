@@ -186,7 +186,7 @@ FILTERS = [
     ({"has_loop": True}, lambda f: f.pattern.n_loops > 0),
     ({"has_loop": False}, lambda f: f.pattern.n_loops == 0),
     ({"min_frequency": 4}, lambda f: f.pattern.frequency >= 4),
-    ({"corners": (6, 6)}, lambda f: f.pattern.n_sides == 6),
+    ({"pattern_corners": (6, 6)}, lambda f: f.pattern.n_sides == 6),
     ({"max_irregular": 2}, lambda f: f.n_irregular <= 2),
     ({"max_boundary_irregular": 1}, lambda f: f.n_irregular_boundary <= 1),
     ({"valence": (3, 4)}, lambda f: all(3 <= v <= 4 for v in f.pattern.valences)),
@@ -213,7 +213,7 @@ def test_filters_take_away_and_add_nothing(filters: dict[str, object], passes: o
         {"pool": 0},
         {"order": "best"},
         {"max_quads": 0},
-        {"corners": (5, 3)},
+        {"pattern_corners": (5, 3)},
         {"min_frequency": 0},
         {"max_boundary_irregular": -1},
         {"strokes": [Stroke((0, 0), (7, 0))]},
@@ -414,7 +414,7 @@ def test_variants_are_what_one_fill_of_each_pattern_leaves_out(data: st.DataObje
         assert [code_of(one) for one in found.variants(fill)] == codes[1:]
         assert count == min(len(codes) - 1, 10)
         assert len(list(found.variants(fill, limit=2))) == min(len(codes) - 1, 2)
-        only = query.fills(Source(), lengths, limit=None, pattern=fill.pattern, **options)  # pyright: ignore
+        only = query.fills(Source(), lengths, limit=None, pattern=fill.pattern.name, **options)  # pyright: ignore
         assert sorted(map(code_of, only)) == sorted(codes)  # pyright: ignore
     assert not found.cut_short
     assert found.truncated == (len(folded) < len(flat))
@@ -477,7 +477,7 @@ def test_the_deadline_of_the_thread_ends_a_list() -> None:
         {"max_quads": 2**31},
         {"min_frequency": 10**26},
         {"valence": (3, 2**63)},
-        {"corners": (3, 10**26)},
+        {"pattern_corners": (3, 10**26)},
     ],
 )
 def test_large_numbers_are_refused(options: dict[str, int]) -> None:

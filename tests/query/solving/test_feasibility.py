@@ -10,8 +10,8 @@ import pytest
 from patterndb.core.pattern import Pattern
 from query import Boundary
 from query.ending import NEVER
-from query.listing.filters import Filters
 from query.listing.table import get_strict_table
+from query.request import PatternFilter
 from query.solving import cpsat, feasibility
 from query.solving.batch import pose_question
 from query.solving.systems import Chords
@@ -70,7 +70,7 @@ def test_the_class_answers_as_its_patterns_would(n_sides: int) -> None:
     chance = random.Random(n_sides)
     some = 0
     for boundary in boundaries(n_sides, chance, 12, 5):
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         fit = set(feasibility.find_feasible_rows(patterns, boundary, rows, threads=1).tolist())
         tried = rows.tolist() if len(rows) < 60 else chance.sample(rows.tolist(), 60)
         for row in tried:
@@ -99,7 +99,7 @@ def test_the_answer_does_not_depend_on_threads(
     for n_sides in (5, 8):
         patterns = small_class(n_sides)
         for boundary in boundaries(n_sides, random.Random(0), 6, 6):
-            rows = Filters().rows(patterns, boundary)
+            rows = PatternFilter().choose_rows(patterns, boundary)
             one = feasibility.find_feasible_rows(patterns, boundary, rows, threads=1)
             more = feasibility.find_feasible_rows(patterns, boundary, rows, threads=threads)
             assert one.tolist() == more.tolist()
@@ -109,20 +109,20 @@ def test_every_small_disk_makes_its_own_pattern_fit() -> None:
     """Codes aside: whatever fills a boundary, its pattern is among those that fit."""
     for boundary in random.Random(3).sample(sorted(small_fills(), key=repr), 300):
         patterns = small_class(boundary.n_sides)
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         assert len(feasibility.find_feasible_rows(patterns, boundary, rows)) > 0
 
 
 def test_filters_bound_number_and_valence() -> None:
     patterns = small_class(3)
     boundary = Boundary((4, 4, 4))
-    every = Filters().rows(patterns, boundary)
+    every = PatternFilter().choose_rows(patterns, boundary)
     assert (patterns.n_reflex[every] == 0).all()
     for most in range(5):
-        rows = Filters(max_irregular=most).rows(patterns, boundary)
+        rows = PatternFilter(max_irregular=most).choose_rows(patterns, boundary)
         assert rows.tolist() == [r for r in every if patterns.n_irregular[r] <= most]
     for valence in [(3, 5), (3, 3), (5, 5), (4, 4), (5, 9)]:
-        rows = Filters(valence=valence).rows(patterns, boundary)
+        rows = PatternFilter(valence=valence).choose_rows(patterns, boundary)
         assert rows.tolist() == [
             r
             for r in every.tolist()

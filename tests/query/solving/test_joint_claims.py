@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from patterndb._native.query.solving.jointclaims import is_refused, sum_needs
 from patterndb.core.halfedge import Int32Array
-from query.listing.filters import Filters
+from query.request import PatternFilter
 from query.solving import feasibility
 from query.solving.systems import MOST_SIDES, Systems, make_systems
 from tests.query.solving.test_feasibility import boundaries
@@ -96,7 +96,7 @@ def test_answers_are_those_without_them(n_sides: int, monkeypatch: pytest.Monkey
     made = make_systems(patterns.lengths, patterns.joins, jointly=True)
     assert len(made.joint)
     for boundary in boundaries(n_sides, random.Random(11), 6, 9):
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         found: list[Int32Array] = []
         for joint in (False, True):
             with monkeypatch.context() as patch:

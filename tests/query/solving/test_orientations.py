@@ -9,8 +9,8 @@ import pytest
 
 from patterndb.core.pattern import Pattern
 from query import Boundary
-from query.listing.filters import Filters
 from query.orientation import list_orientations
+from query.request import PatternFilter
 from query.solving import cpsat, feasibility
 from query.solving.systems import Chords, systems_of
 from tests.query.solving.test_feasibility import boundaries
@@ -36,7 +36,7 @@ def test_every_orientation_is_answered_by_itself(n_sides: int) -> None:
     chance = random.Random(100 + n_sides)
     some = 0
     for boundary in boundaries(n_sides, chance, 10, 5):
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         fit = feasibility.find_feasible_orientations(patterns, boundary, rows, threads=1)
         assert fit.shape == (len(rows), 2 * max(n_sides, 1))
         some += int(fit.sum())
@@ -51,7 +51,7 @@ def test_cpsat_answers_every_orientation_the_same(n_sides: int) -> None:
     patterns = small_class(n_sides)
     chance = random.Random(n_sides)
     for boundary in boundaries(n_sides, chance, 3, 9):
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         rows = np.sort(chance.sample(rows.tolist(), min(len(rows), 12)))
         fit = feasibility.find_feasible_orientations(patterns, boundary, rows)
         for at, row in enumerate(rows.tolist()):
@@ -68,7 +68,7 @@ def test_slices_of_rows_answer_as_the_whole(n_sides: int, monkeypatch: pytest.Mo
     monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 16)
     patterns = small_class(n_sides)
     for boundary in boundaries(n_sides, random.Random(1), 6, 6):
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         np.random.default_rng(2).shuffle(rows)
         whole = feasibility.find_feasible_orientations(patterns, boundary, rows, threads=3)
         parts = [
@@ -83,7 +83,7 @@ def test_slices_of_rows_answer_as_the_whole(n_sides: int, monkeypatch: pytest.Mo
 def test_a_call_that_is_cancelled_looks_at_nothing() -> None:
     patterns = small_class(5)
     boundary = Boundary((4, 4, 4, 4, 4))
-    rows = Filters().rows(patterns, boundary)
+    rows = PatternFilter().choose_rows(patterns, boundary)
     flag = np.zeros(1, np.uint8)
     assert len(feasibility.find_feasible_rows(patterns, boundary, rows, cancel=flag))
     assert feasibility.find_feasible_orientations(patterns, boundary, rows, cancel=flag).any()

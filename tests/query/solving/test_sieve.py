@@ -19,7 +19,7 @@ from patterndb._native.query.solving.sieve import (
     state_claims,
 )
 from patterndb.core.halfedge import Int32Array
-from query.listing.filters import Filters
+from query.request import PatternFilter
 from query.solving import feasibility
 from query.solving.sieve import LANES, mark_lanes, pack_lengths
 from query.solving.systems import LONGEST_BASE, MOST_SURPLUS, Chords, Systems, make_systems
@@ -160,7 +160,7 @@ def test_few_rows_answer_as_all(n_sides: int, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 50)
     patterns = small_class(n_sides)
     for boundary in boundaries(n_sides, random.Random(7), 4, 6):
-        rows = Filters().rows(patterns, boundary)
+        rows = PatternFilter().choose_rows(patterns, boundary)
         whole = feasibility.find_feasible_orientations(patterns, boundary, rows, threads=3)
         for at in range(0, len(rows), 5):
             few = feasibility.find_feasible_orientations(patterns, boundary, rows[at : at + 1])
