@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from patterndb.system.numbers import TOLERANCE
 from query.caprequest import LEAST_TENSION, CapRequest, Shape
 from query.errors import InvalidQueryError
-from query.stroke import TOLERANCE, Stroke
+from query.stroke import Stroke
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
