@@ -42,9 +42,9 @@ from patterndb import write_mesh
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.sharpedges import measure_dihedrals
 from patterndb_sketch.retopo.filling.report import cut_quads
-from patterndb_sketch.retopo.ground import Ground
 
 ROOT = Path(__file__).parents[1]
 
@@ -134,7 +134,7 @@ def sample_edges(ends: Points, spacing: float) -> tuple[Points, NDArray[np.float
     return points, (length / parts)[edge]
 
 
-def measure(surface: Ground, vertices: Points, quads: Int32Array, cpu: float) -> Row:
+def measure(surface: Surface, vertices: Points, quads: Int32Array, cpu: float) -> Row:
     """Measure a mesh of quads on a surface."""
     diagonal = surface.diagonal
     edges, uses = list_edges(quads)
@@ -193,7 +193,7 @@ def make_draft(path: Path, size: Sequence[str], made: Path, limit: float) -> tup
 
 
 def run_peer(
-    python: str, by: str, surface: Ground, wanted: int, made: Path, limit: float
+    python: str, by: str, surface: Surface, wanted: int, made: Path, limit: float
 ) -> tuple[Points, Int32Array, float] | None:
     """Return a peer's vertices, quads and CPU seconds; None where it fails."""
     with tempfile.TemporaryDirectory() as folder:
@@ -279,7 +279,7 @@ def mesh_surface(
     path: Path, by: str, asked: int | None, folder: Path, options: argparse.Namespace
 ) -> tuple[Row | None, str]:
     """Mesh a surface; return its row, None if it was refused, and what was reported."""
-    surface = Ground.of_polygons(read_mesh(path))
+    surface = Surface.from_polygons(read_mesh(path)).orient()
     made = folder / f"{path.stem}.{by}.obj"
     made.unlink(missing_ok=True)
     if by != "draft":

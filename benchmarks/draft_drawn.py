@@ -18,9 +18,9 @@ import trimesh
 from scipy.spatial import KDTree
 
 import patterndb
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling.report import report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
 
 EDGE = 0.2
@@ -66,7 +66,7 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     rng = np.random.default_rng(options.seed)
-    surface = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=4))
+    surface = Surface.of(trimesh.creation.icosphere(subdivisions=4)).orient()
     found: Counter[str] = Counter()
     flipped = quads = 0
     with patterndb.open() as database:

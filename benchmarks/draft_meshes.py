@@ -28,12 +28,12 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling.mesh import find_open_edges
 from patterndb_sketch.retopo.filling.report import report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
 
 ROOT = Path(__file__).parents[1]
@@ -72,10 +72,10 @@ class Row:
         return f"| {self.name} | {self.triangles:,} | {said} {figures}| {self.seconds:.1f} |"
 
 
-def measure_rims(mesh_points: Points, ends: np.ndarray, surface: Ground) -> float:
+def measure_rims(mesh_points: Points, ends: np.ndarray, surface: Surface) -> float:
     """The greatest distance of open edges from the surface's rims, and of these from those, in
     parts of the diagonal; 0 where there are neither, infinite where one has none."""
-    border = surface.topology.border
+    border = surface.adjacency.border
     tail = surface.triangles.ravel()[border]
     head = surface.triangles[border // 3, (border % 3 + 1) % 3]
     rims = surface.vertices[np.stack([tail, head], axis=1)]
@@ -92,7 +92,7 @@ def measure_rims(mesh_points: Points, ends: np.ndarray, surface: Ground) -> floa
 def draft_mesh(path: Path, source: PatternSource) -> Row:
     """Draft the mesh of a file, and see what came of it."""
     try:
-        surface = Ground.of_polygons(read_mesh(path))
+        surface = Surface.from_polygons(read_mesh(path)).orient()
     except PatternDBError as error:
         return Row(path.stem, 0, "unread", str(error), "", 0.0)
     n = len(surface.triangles)
@@ -148,7 +148,7 @@ def main() -> None:
     counts: Counter[tuple[str, str]] = Counter()
     print(HEAD)
     with patterndb.open() as database:
-        warm = Ground.of_polygons(read_mesh(ROOT / "examples" / "dog.obj"))
+        warm = Surface.from_polygons(read_mesh(ROOT / "examples" / "dog.obj")).orient()
         Editor(warm, database).do(Call("draft"))
         for path in files:
             row = draft_mesh(path, database)

@@ -25,10 +25,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.strokes import FeatureStroke, recover_curve
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
@@ -81,13 +82,13 @@ class Outcome:
     most: float
 
 
-def sharp_edges(model: Model) -> np.ndarray:
+def sharp_edges(model: Surface) -> np.ndarray:
     """(e, 2) the edges of two triangles or more at which the surface bends by more than SHARP."""
     t = model.triangles.astype(np.int64)
     edges = np.sort(np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [2, 0]]]), axis=1)
-    wings = model.points[np.concatenate([t[:, 2], t[:, 0], t[:, 1]])]
+    wings = model.vertices[np.concatenate([t[:, 2], t[:, 0], t[:, 1]])]
     pairs, name = np.unique(edges, axis=0, return_inverse=True)
-    start, along = model.points[pairs[:, 0]], np.diff(model.points[pairs], axis=1)[:, 0]
+    start, along = model.vertices[pairs[:, 0]], np.diff(model.vertices[pairs], axis=1)[:, 0]
     unit = along / np.linalg.norm(along, axis=1, keepdims=True)
     name = name.ravel()
     out = wings - start[name]
@@ -99,10 +100,10 @@ def sharp_edges(model: Model) -> np.ndarray:
     return pairs[(np.bincount(name) == 2) & (bend > SHARP)]
 
 
-def chains(model: Model) -> Iterator[Points]:
+def chains(model: Surface) -> Iterator[Points]:
     """Polylines along sharp edges that go straight on at vertices."""
     edges = sharp_edges(model)
-    unit = np.diff(model.points[edges], axis=1)[:, 0]
+    unit = np.diff(model.vertices[edges], axis=1)[:, 0]
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
     at: dict[int, list[int]] = {}
     for number, edge in enumerate(edges.tolist()):
@@ -134,10 +135,10 @@ def chains(model: Model) -> Iterator[Points]:
             continue
         used[number] = True
         a, b = edges[number].tolist()
-        yield model.points[grow(number, a)[::-1] + grow(number, b)]
+        yield model.vertices[grow(number, a)[::-1] + grow(number, b)]
 
 
-def is_seen(model: Model, crease: Points) -> bool:
+def is_seen(model: Surface, crease: Points) -> bool:
     """Is most of a crease seen from outside?"""
     rng = np.random.default_rng(0)
     looks = rng.normal(size=(LOOKS, 3))
@@ -145,11 +146,11 @@ def is_seen(model: Model, crease: Points) -> bool:
     places = at_lengths(crease, np.linspace(0.05, 0.95, 15) * arc_length(crease)[-1])
     origins = np.repeat(places, LOOKS, axis=0)
     along = np.tile(looks, (len(places), 1))
-    hits = model.first_hits(origins + 2e-3 * model.diagonal * along, along)
+    hits = model.cast_rays(origins + 2e-3 * model.diagonal * along, along)
     return bool((~hits.found).reshape(len(places), LOOKS).any(axis=1).mean() > 0.8)
 
 
-def creases(model: Model) -> list[Points]:
+def creases(model: Surface) -> list[Points]:
     """The longest creases that are seen, no two along each other, cut to LONGEST."""
     found: list[Points] = []
     every = sorted(chains(model), key=lambda one: -arc_length(one)[-1])
@@ -166,7 +167,7 @@ def creases(model: Model) -> list[Points]:
     return found
 
 
-def drawn_along(model: Model, crease: Points, seed: int) -> Points:
+def drawn_along(model: Surface, crease: Points, seed: int) -> Points:
     """A rough stroke of 4 to 8 points, each up to ERROR across the crease, on the model."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(4, 9))
@@ -208,7 +209,7 @@ def compare(
     return Outcome(float(mean) / diagonal, float(most) / diagonal), pin
 
 
-def measured(model: Model, crease: Points, points: Points) -> tuple[Outcome, Outcome]:
+def measured(model: Surface, crease: Points, points: Points) -> tuple[Outcome, Outcome]:
     """Before and after one pin."""
     before = recover_curve(model, FeatureStroke("", points)).curve
     first, pin = compare(before.spline.sample(601), crease, points[[0, -1]], model.diagonal)
@@ -239,7 +240,9 @@ def row(name: str, found: list[tuple[Outcome, Outcome]]) -> str:
 
 
 def report(
-    title: str, models: Iterator[tuple[str, Model, list[tuple[Points, list[Points]]]]], worst: bool
+    title: str,
+    models: Iterator[tuple[str, Surface, list[tuple[Points, list[Points]]]]],
+    worst: bool,
 ) -> None:
     print(f"\n{title}:\n\n{HEAD}")
     every: list[tuple[Outcome, Outcome]] = []
@@ -267,14 +270,14 @@ def report(
 
 def vehicles(
     data: Path, names: tuple[str, ...], count: int
-) -> Iterator[tuple[str, Model, list[tuple[Points, list[Points]]]]]:
+) -> Iterator[tuple[str, Surface, list[tuple[Points, list[Points]]]]]:
     for name in names:
         found = [data / folder / f"{name}.obj" for folder in ("cad", "meshes")]
         path = next((path for path in found if path.exists()), None)
         if path is None:
             print(f"{name} is left out: it is not in {data}", file=sys.stderr)
             continue
-        model = Model.from_polygons(read_mesh(path))
+        model = Surface.from_soup(read_mesh(path))
         yield (
             name,
             model,
@@ -287,10 +290,10 @@ def vehicles(
 
 def generated(
     names: tuple[str, ...], count: int
-) -> Iterator[tuple[str, Model, list[tuple[Points, list[Points]]]]]:
+) -> Iterator[tuple[str, Surface, list[tuple[Points, list[Points]]]]]:
     for name in names:
         made = body(name)
-        model = Model.from_arrays(made.points, made.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(made.points, made.triangles))
         yield (
             name,
             model,

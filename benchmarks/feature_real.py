@@ -29,11 +29,12 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import (
     DrawnNetwork,
     Registration,
@@ -64,18 +65,20 @@ def mesh_path(data: Path, name: str) -> Path | None:
     return next((path for path in found if path.exists()), None)
 
 
-def soup_of(model: Model, seed: int = 1) -> Model:
+def soup_of(model: Surface, seed: int = 1) -> Surface:
     """The same triangles, each with points of its own, in another order and sense."""
     rng = np.random.default_rng(seed)
     corners = model.corners[rng.permutation(len(model.corners))]
     corners = np.take_along_axis(
         corners, rng.permuted(np.tile(np.arange(3), (len(corners), 1)), axis=1)[..., None], axis=1
     )
-    return Model.from_arrays(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    return Surface.from_soup(
+        PolygonMesh.from_faces(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    )
 
 
 def snapped(
-    model: Model, strokes: tuple[FeatureStroke, ...]
+    model: Surface, strokes: tuple[FeatureStroke, ...]
 ) -> tuple[list[FeatureCurve], list[float]]:
     """The curves, and the seconds that each took."""
     curves: list[FeatureCurve] = []
@@ -87,7 +90,7 @@ def snapped(
     return curves, seconds
 
 
-def row(name: str, model: Model, strokes: tuple[FeatureStroke, ...], soup: bool) -> str:
+def row(name: str, model: Surface, strokes: tuple[FeatureStroke, ...], soup: bool) -> str:
     curves, seconds = snapped(model, strokes)
     ribs = sum(len(curve.samples) for curve in curves)
     mended = sum(len(curve.repaired) for curve in curves)
@@ -98,7 +101,7 @@ def row(name: str, model: Model, strokes: tuple[FeatureStroke, ...], soup: bool)
         along = curve.spline.sample(DENSE)
         sketch = find_initial_curve(model, one.points, closed=one.closed).samples
         moved.append(float(KDTree(along).query(sketch)[0].mean()) / model.diagonal)
-        off.append(float(model.nearest(along).lengths.mean()) / model.diagonal)
+        off.append(float(model.measure_distances(along).mean()) / model.diagonal)
     same = "-"
     if soup:
         others = snapped(soup_of(model), strokes)[0]
@@ -127,7 +130,7 @@ def strokes_table(data: Path, soup: bool) -> None:
         if mesh is None:
             print(f"{name} is left out: it is not in {data}", file=sys.stderr)
             continue
-        model, strokes = Model.from_polygons(read_mesh(mesh)), read_strokes(path)
+        model, strokes = Surface.from_soup(read_mesh(mesh)), read_strokes(path)
         # The first use loads modules.
         snap(model, strokes[0].points, strokes[0].settings)
         print(row(name, model, strokes, soup), flush=True)
@@ -146,9 +149,11 @@ def registrations_table(data: Path) -> None:
             print(f"{name} is left out: it is not in {data}", file=sys.stderr)
             continue
         # These cars look along -y; a template is of one that looks along -x.
-        whole = Model.from_polygons(read_mesh(mesh))
+        whole = Surface.from_soup(read_mesh(mesh))
         x, y, z = whole.points.T
-        model = Model.from_arrays(np.stack([y, -x, z], axis=1), whole.triangles)
+        model = Surface.from_soup(
+            PolygonMesh.from_faces(np.stack([y, -x, z], axis=1), whole.triangles)
+        )
         network = read_network(path)
         start = time.perf_counter()
         laid[name] = one = register(model, network, template)
@@ -169,11 +174,13 @@ def registrations_table(data: Path) -> None:
     print("\nGaps in thousandths of the diagonal; shares are of the vertices off the curves.")
 
 
-def wrong_frames(model: Model, network: DrawnNetwork) -> Iterator[tuple[str, Model, DrawnNetwork]]:
+def wrong_frames(
+    model: Surface, network: DrawnNetwork
+) -> Iterator[tuple[str, Surface, DrawnNetwork]]:
     """A model and its network, right and wrong in every way that frames are."""
 
-    def moved(change: Callable[[Points], Points]) -> Model:
-        return Model.from_arrays(change(model.points), model.triangles)
+    def moved(change: Callable[[Points], Points]) -> Surface:
+        return Surface.from_soup(PolygonMesh.from_faces(change(model.vertices), model.triangles))
 
     yield "right", model, network
     for axis, name in enumerate("xyz"):
@@ -212,7 +219,7 @@ def frames_table(data: Path) -> None:
         if mesh is None:
             continue
         # These cars look along -y; a template is of one that looks along -x.
-        model = Turn.parse("y,-x,z").turn_model(Model.from_polygons(read_mesh(mesh)))
+        model = Turn.parse("y,-x,z").turn_model(Surface.from_soup(read_mesh(mesh)))
         for title, other, network in wrong_frames(model, read_network(path)):
             try:
                 register(other, network, template)

@@ -17,8 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from patterndb._native.features.ribs.rib import slice_segments, trace_outline
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.polyline import sample_polyline
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
 from patterndb_sketch.features.ribs.slicing import find_plane
 
@@ -46,8 +47,8 @@ def main() -> None:
         interior=True, exterior=True, shuffle=True,
     )  # fmt: skip
     models = {
-        "clean": Model.from_arrays(car.points, car.triangles),
-        "messy": Model.from_arrays(mess.points, mess.triangles),
+        "clean": Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles)),
+        "messy": Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles)),
     }
     for state, model in models.items():
         print(f"{state}: {len(model.triangles):,} triangles, {model.n_components} parts")
@@ -63,7 +64,7 @@ def main() -> None:
                 f"{pictures} of them by a picture"
             )
     model = models["messy"]
-    parts = (model.corners, model.triangles, model.components, *model.mesh.boxes)
+    parts = (model.corners, model.triangles, model.components, *model.boxes)
     radius, tolerance = RADIUS * model.diagonal, STITCH * model.diagonal
     lone: list[float] = []
     line = sample_polyline(car.feature("shoulder").smooth, 31)

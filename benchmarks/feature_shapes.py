@@ -20,10 +20,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Floats
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.files.networkjson import spline_through
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, Template, box_template, register
 from patterndb_sketch.features.shapemodel import (
     ErrorTable,
@@ -104,11 +105,11 @@ def surface_vertices(template: Template, laid: Registration) -> NDArray[np.bool_
 
 def laid_on(name: str, messy: bool, template: Template, delta: float, rounds: int) -> Laid:
     shown = body(name, FINE, whole=True)
-    clean = Model.from_arrays(shown.points, shown.triangles)
+    clean = Surface.from_soup(PolygonMesh.from_faces(shown.points, shown.triangles))
     model = clean
     if messy:
         mess = degrade(body(name, TORN), SEED, **MESS)
-        model = Model.from_arrays(mess.points, mess.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
     curves = drawn(shown)
     begun = time.perf_counter()
     found = register(model, curves, template, delta=delta, rounds=rounds)
@@ -116,7 +117,7 @@ def laid_on(name: str, messy: bool, template: Template, delta: float, rounds: in
     distance = np.full(len(found.points), np.nan)
     counted = surface_vertices(template, found)
     length = float(np.ptp(shown.points[:, 0]))
-    distance[counted] = 1000.0 * clean.nearest(found.points[counted]).lengths / length
+    distance[counted] = 1000.0 * clean.measure_distances(found.points[counted]) / length
     return Laid(found, distance, seconds)
 
 

@@ -30,11 +30,12 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.fishbone import Fishbone, cut, find_terms, synchronise
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_ribs
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
@@ -110,14 +111,14 @@ class Graph:
     weighted: csr_array
 
     @classmethod
-    def of(cls, model: Model) -> Graph:
+    def of(cls, model: Surface) -> Graph:
         """Where an edge has other than two triangles it does not count as a bend."""
         t = model.triangles.astype(np.int64)
         pairs = np.concatenate([t[:, [0, 1]], t[:, [1, 2]], t[:, [0, 2]]])
-        wings = model.points[np.concatenate([t[:, 2], t[:, 0], t[:, 1]])]
+        wings = model.vertices[np.concatenate([t[:, 2], t[:, 0], t[:, 1]])]
         edges, name, count = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
         name = name.ravel()
-        start, along = model.points[edges[:, 0]], np.diff(model.points[edges], axis=1)[:, 0]
+        start, along = model.vertices[edges[:, 0]], np.diff(model.vertices[edges], axis=1)[:, 0]
         length = np.linalg.norm(along, axis=1)
         unit = along / length[:, None]
         out = wings - start[name]
@@ -129,11 +130,11 @@ class Graph:
         bend = 2.0 * np.arcsin(np.clip(np.linalg.norm(total, axis=1) / 2.0, 0.0, 1.0))
         bend[count != 2] = 0.0
         share = np.clip(bend / max(np.percentile(bend, 99.5), 1e-9), 0.0, 1.0)
-        shape = (len(model.points), len(model.points))
+        shape = (len(model.vertices), len(model.vertices))
         where = (edges[:, 0], edges[:, 1])
         return cls(
-            model.points,
-            KDTree(model.points),
+            model.vertices,
+            KDTree(model.vertices),
             csr_array((length, where), shape),
             csr_array((length * np.maximum(1.0 - share, CHEAPEST), where), shape),
         )
@@ -154,12 +155,12 @@ class Graph:
         return self.points[every] if len(every) > 1 else None
 
 
-def modelled(made: Body, state: str, seed: int) -> Model:
+def modelled(made: Body, state: str, seed: int) -> Surface:
     wanted = STATES[state]
     if wanted is None:
-        return Model.from_arrays(made.points, made.triangles)
+        return Surface.from_soup(PolygonMesh.from_faces(made.points, made.triangles))
     mess = degrade(made, seed, **wanted)  # pyright: ignore[reportArgumentType]
-    return Model.from_arrays(mess.points, mess.triangles)
+    return Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
 
 
 def drawable(made: Body) -> Iterator[NamedCurve]:
@@ -170,7 +171,7 @@ def drawable(made: Body) -> Iterator[NamedCurve]:
 
 
 def measured(
-    made: Body, model: Model, graph: Graph | None, feature: NamedCurve, seed: int
+    made: Body, model: Surface, graph: Graph | None, feature: NamedCurve, seed: int
 ) -> Lateral:
     drawn = stroke(made, feature.name, ERROR, seed)
     sketch = find_initial_curve(model, drawn).samples
@@ -185,7 +186,7 @@ def measured(
 
     tree = KDTree(feature.points)
     low, high = np.sort(tree.query(drawn[[0, -1]])[1])
-    floor = model.nearest(dense(feature.points[low : high + 1], 201)).lengths.mean()
+    floor = model.measure_distances(dense(feature.points[low : high + 1], 201)).mean()
     return Lateral(
         error(sketch),
         error(curve.spline.sample(601)),
@@ -225,7 +226,7 @@ def row(state: str, found: list[Lateral], rivals: bool) -> str:
 def timings() -> None:
     """100 ribs of 201 samples on some 20,000 triangles."""
     made = body("sedan", resolution=1.8)
-    model = Model.from_arrays(made.points, made.triangles)
+    model = Surface.from_soup(PolygonMesh.from_faces(made.points, made.triangles))
     line = made.feature("shoulder").points
     middle = at_lengths(line, np.linspace(0.25, 0.75, 6) * arc_length(line)[-1])
     found = Snap.begin(model, middle)

@@ -36,6 +36,7 @@ import trimesh
 
 import patterndb
 from ingest.formats import read_mesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import (
     REQUIRED,
     Argument,
@@ -48,7 +49,6 @@ from patterndb_sketch.retopo.arguments import (
 )
 from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check_network, count_genus, count_handles
 from patterndb_sketch.retopo.script import line_of
 from patterndb_sketch.retopo.sessionfile import (
@@ -95,7 +95,7 @@ ABSURDITIES: tuple[object, ...] = (
 )  # fmt: skip
 
 
-def surface_of(name: str) -> Ground:
+def surface_of(name: str) -> Surface:
     """The surface of a name, or in a file."""
     if name == "plane":
         steps = np.linspace(-1.0, 1.0, 41)
@@ -103,10 +103,12 @@ def surface_of(name: str) -> Ground:
         at = np.arange(x.size).reshape(x.shape)
         a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]))
         triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-        return Ground.of(np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1), triangles)
+        return Surface.from_arrays(
+            np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1), triangles
+        ).orient()
     if name == "ball":
-        return Ground.of_mesh(trimesh.creation.icosphere(subdivisions=3))
-    return Ground.of_polygons(read_mesh(Path(name)))
+        return Surface.of(trimesh.creation.icosphere(subdivisions=3)).orient()
+    return Surface.from_polygons(read_mesh(Path(name))).orient()
 
 
 class Caller:
@@ -301,7 +303,7 @@ class Watch:
         assert session_bytes(again) == data, "the session is written differently again"
 
 
-def begun(surface: Ground, source: PatternSource, packed: bytes, why: Counter[str]) -> Watch:
+def begun(surface: Surface, source: PatternSource, packed: bytes, why: Counter[str]) -> Watch:
     watch = Watch(Editor(surface, source), packed, count_handles(surface), why=why)
     watch.now = watch.digest(watch.editor.state)
     return watch

@@ -18,13 +18,14 @@ from itertools import pairwise
 import numpy as np
 
 import patterndb
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import change_counts, choose_counts, rank_fills
-from patterndb_sketch.retopo.ground import Ground, clean_stroke
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import find_completions
 from patterndb_sketch.retopo.tools.spine import preview_spine
+from patterndb_sketch.retopo.tracing import clean_stroke
 
 #: Columns and rows of patches, and the sheet's side.
 COLUMNS, ROWS, SIDE = 5, 4, 10.0
@@ -33,7 +34,7 @@ COLUMNS, ROWS, SIDE = 5, 4, 10.0
 MANY = 20, 10
 
 
-def hills(triangles: int) -> Ground:
+def hills(triangles: int) -> Surface:
     """A hilly sheet."""
     n = round(np.sqrt(triangles / 2.0))
     x, y = np.meshgrid(np.linspace(0, SIDE, n + 1), np.linspace(0, SIDE, n + 1), indexing="ij")
@@ -41,7 +42,7 @@ def hills(triangles: int) -> Ground:
     k = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
     quads = np.stack([k, k + n + 1, k + n + 2, k + 1], axis=1)
     faces = np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
-    return Ground.of(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces)
+    return Surface.from_arrays(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces).orient()
 
 
 def line(*points: tuple[float, float]) -> list[list[float]]:
@@ -55,7 +56,7 @@ def line(*points: tuple[float, float]) -> list[list[float]]:
 
 
 def drawn(
-    surface: Ground, source: patterndb.Database, columns: int = COLUMNS, rows: int = ROWS
+    surface: Surface, source: patterndb.Database, columns: int = COLUMNS, rows: int = ROWS
 ) -> Editor:
     """An editor with columns x rows patches in the middle of the sheet."""
     editor = Editor(surface, source, Sizes.of(surface.diagonal))
@@ -84,7 +85,7 @@ def timed(act: Callable[[], object], reset: Callable[[], object], times: int) ->
 
 
 def recounted(
-    surface: Ground, source: patterndb.Database, times: int
+    surface: Surface, source: patterndb.Database, times: int
 ) -> list[tuple[str, list[float]]]:
     """Counts of MANY patches, chosen anew and changed one by one."""
     editor = drawn(surface, source, *MANY)

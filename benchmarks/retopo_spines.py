@@ -25,12 +25,13 @@ import numpy as np
 
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, clean_stroke
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.proposal import spread_points
 from patterndb_sketch.retopo.tools.spine import draw_spine
+from patterndb_sketch.retopo.tracing import clean_stroke
 
 ROOT = Path(__file__).parents[1]
 
@@ -58,7 +59,7 @@ LENGTH, STEPS = 4.0, 10
 SMOOTH = 0.5
 
 
-def make_ball(rounds: int) -> Ground:
+def make_ball(rounds: int) -> Surface:
     """The unit ball, an icosahedron each of whose triangles is quartered so many times."""
     golden = (1.0 + 5.0**0.5) / 2.0
     vertices = [
@@ -85,7 +86,7 @@ def make_ball(rounds: int) -> Ground:
         parts = ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
         corner = np.concatenate([np.stack(part, axis=1) for part in parts])
     rounded = np.round(corner.reshape(-1, 3), 12)
-    return Ground.of(rounded, np.arange(len(rounded)).reshape(-1, 3))
+    return Surface.from_arrays(rounded, np.arange(len(rounded)).reshape(-1, 3)).orient()
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +101,7 @@ class RandomWalk:
 
 
 def walk_ahead(
-    surface: Ground, start: Points, direction: Points, length: float, n: int
+    surface: Surface, start: Points, direction: Points, length: float, n: int
 ) -> RandomWalk:
     """Walk straight ahead on a surface in n steps, by steps in the tangent plane and back to it."""
     foot = surface.nearest(start[None])
@@ -112,7 +113,7 @@ def walk_ahead(
         way = units((way - (way @ up) * up)[None])[0]
         ways.append(way)
         ahead = foot.points[0] + step * way
-        foot = surface.nearest_facing(ahead[None], up[None]).feet
+        foot = surface.nearest_facing(ahead[None], up[None])
         if np.linalg.norm(foot.points[0] - points[-1]) < 0.5 * step:
             whole = False
             break
@@ -122,7 +123,7 @@ def walk_ahead(
     return RandomWalk(np.array(points), np.array(ways[: len(points)]), np.array(under), whole)
 
 
-def is_smooth(surface: Ground, along: RandomWalk, half_width: float) -> bool:
+def is_smooth(surface: Surface, along: RandomWalk, half_width: float) -> bool:
     """Is the surface smooth beside a walk, as far as a spine of this half-width reaches?"""
     if not along.whole:
         return False
@@ -152,7 +153,7 @@ def measure_off(curves: list[Points], line: Points, half_width: float) -> float:
 
 
 def count_accepted(
-    surface: Ground, share: float, strokes: int, seed: int
+    surface: Surface, share: float, strokes: int, seed: int
 ) -> tuple[int, int, int, list[float], Counter[str]]:
     """Accepted of all strokes; smooth ones, and accepted of these; how far off these are, and why
     others were refused."""
@@ -201,7 +202,7 @@ def main() -> None:
             if not path.is_file():
                 print(f"{name}: {path} is not there", file=sys.stderr)
                 continue
-            surface = Ground.of_polygons(read_mesh(path))
+            surface = Surface.from_polygons(read_mesh(path)).orient()
         for share in WIDTHS:
             accepted, smooth, both, off, why = count_accepted(
                 surface, share, options.strokes, options.seed

@@ -29,7 +29,6 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, play_script, read_script
 
 ROOT = Path(__file__).parents[1]
@@ -46,7 +45,7 @@ class Played:
     """A script, and what came of it. seconds: that playing took."""
 
     script: Script
-    surface: Ground
+    surface: Surface
     found: FilledNetwork
     seconds: float
 
@@ -57,7 +56,7 @@ def played(script: Path, data: Path) -> Played | None:
     path = data / "surfaces" / Path(wanted.surface).name
     if not path.is_file():
         return None
-    surface = Ground.of_polygons(read_mesh(path))
+    surface = Surface.from_polygons(read_mesh(path)).orient()
     started = time.perf_counter()
     with patterndb.open() as database:
         editor = Editor(surface, database)
@@ -90,7 +89,7 @@ def row(name: str, one: Played) -> str:
     return "| " + " | ".join(cells) + " |"
 
 
-def artist_row(name: str, path: Path, surface: Ground) -> str:
+def artist_row(name: str, path: Path, surface: Surface) -> str:
     """The row of an artist's mesh, closed, of quads and other polygons."""
     mesh = read_mesh(path)
     arities = mesh.arities()

@@ -315,11 +315,12 @@ TIMERS = {
 
 def make_fine(triangles: int) -> dict[str, Callable[[ShellSettings, Path], Any]]:
     """Make what makes the windows, those of models on so many triangles."""
-    from patterndb_sketch.features.model import Model
+    from patterndb.core.polygonmesh import PolygonMesh
+    from patterndb.geometry.surface import Surface
 
     surface = hills(triangles)
     points = surface.vertices - SIDE / 2.0
-    model = Model.from_arrays(points, surface.triangles)
+    model = Surface.from_soup(PolygonMesh.from_faces(points, surface.triangles))
     return MAKERS | {
         "retopo": lambda settings, folder: make_retopo(settings, folder, surface),
         "features": lambda settings, folder: make_features(settings, folder, model),

@@ -61,10 +61,8 @@ class DrawingGround:
             np.abs((self.surface.vertices - at) @ toward).max(initial=0.0)
         )
         start = at + toward * reach
-        hit, weights = self.surface.mesh.cast_along(
-            start[None], toward[None], np.array([2.0 * reach])
-        )
-        return self.surface.at(hit, weights).points[0] if hit[0] >= 0 else None
+        hit = self.surface.cast_along(start[None], toward[None], np.array([2.0 * reach]))
+        return hit.points[0] if hit.found[0] else None
 
     def on(self, points: Points) -> tuple[Points, Points]:
         """(n, 3) the nearest points of the ground to (n, 3) points, and its normals there."""
@@ -94,7 +92,7 @@ class DrawingGround:
     def _along_edges(self, a: Points, b: Points) -> Points | None:
         surface = self.surface
         assert surface is not None
-        ends = surface.triangles[surface.located(np.stack([a, b]))[0]]
+        ends = surface.triangles[surface.nearest(np.stack([a, b])).triangles]
         place = surface.vertices
         start, goal = (
             int(corners[np.linalg.norm(place[corners] - at, axis=1).argmin()])

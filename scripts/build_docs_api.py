@@ -13,6 +13,7 @@ from build_docs_signatures import one_line, returned, signature
 #: The modules of the API page, each with the names it documents; None: its ``__all__``.
 MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb": None,
+    "patterndb.geometry.surface": ("SurfacePoints", "Repairs"),
     "patterndb.store": None,
     "ingest": None,
     "query": None,
@@ -22,7 +23,6 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb_sketch.surfacing.chords": ("Decomposition", "decompose", "find_affordable"),
     "patterndb_sketch.surfacing.tessellation": ("PatchMesh", "minimal_area", "tessellate_patch"),
     "patterndb_sketch.surfacing.quads": ("count_even_edges", "fill_with_quads"),
-    "patterndb_sketch.features.model": ("Model", "ModelFeet", "LineHits"),
     "patterndb_sketch.features.strokes": (
         "FeatureStroke",
         "RecoveredCurve",
@@ -53,13 +53,7 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb_sketch.retopo.editor": ("Call", "Editor", "Outcome", "State"),
     "patterndb_sketch.retopo.table": ("TOOLS", "describe_tools"),
     "patterndb_sketch.retopo.tool": ("Tool", "Control", "ToolWork", "Result"),
-    "patterndb_sketch.retopo.ground": (
-        "Ground",
-        "SurfacePoints",
-        "ProjectedPoints",
-        "SurfaceCurve",
-        "clean_stroke",
-    ),
+    "patterndb_sketch.retopo.tracing": ("SurfaceCurve", "clean_stroke"),
     "patterndb_sketch.retopo.network": ("Network", "Node", "Chain", "Patch"),
     "patterndb_sketch.retopo.filling": (
         "FilledNetwork",

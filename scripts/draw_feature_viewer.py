@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from patterndb_sketch.features.model import Model
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from viewer.features import FeatureState
 from viewer.features.keys import KEYS
 from viewer.features.picture import FeaturePainter
@@ -82,7 +83,7 @@ def main() -> None:
     out = parser.parse_args().out / "features-viewer.png"
     clean = body(CAR)
     mess = degrade(clean, 4, uneven=True, gaps=GAPS, crossings=CROSSINGS, exterior=True)
-    state = FeatureState(Model.from_arrays(mess.points, mess.triangles))
+    state = FeatureState(Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles)))
     try:
         painter = FeaturePainter()
         painter.compose(state, float(SIZE[0]), float(SIZE[1]))

@@ -37,11 +37,12 @@ from draw_offscreen import prepare_offscreen
 from PIL import Image
 
 from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import box_template, register
 from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.snap import Snap, snap
@@ -95,23 +96,23 @@ class Place:
     data: Path | None
     out: Path
 
-    def model(self, name: str) -> Model:
+    def model(self, name: str) -> Surface:
         """A model of the data. Raises FileNotFoundError if it is not there."""
         assert self.data is not None
         for folder in ("cad", "meshes"):
             path = self.data / folder / f"{name}.obj"
             if path.exists():
-                return Model.from_polygons(read_mesh(path))
+                return Surface.from_soup(read_mesh(path))
         raise FileNotFoundError(f"there is no {name}.obj in {self.data}/cad or {self.data}/meshes")
 
 
-def turned(model: Model) -> Model:
+def turned(model: Surface) -> Surface:
     """A car that looks along -y, turned so that it looks along -x, as templates have it."""
-    x, y, z = model.points.T
-    return Model.from_arrays(np.stack([y, -x, z], axis=1), model.triangles)
+    x, y, z = model.vertices.T
+    return Surface.from_soup(PolygonMesh.from_faces(np.stack([y, -x, z], axis=1), model.triangles))
 
 
-def draw_stroke(scene: Scene, model: Model, clicked: Points) -> None:
+def draw_stroke(scene: Scene, model: Surface, clicked: Points) -> None:
     """What was sketched: the points, and in dashes the curve through them on the model."""
     scene.dashed(find_initial_curve(model, clicked).samples)
     scene.dots(clicked)
@@ -121,7 +122,7 @@ def draw_body(place: Place) -> None:
     """A generated body with all faults at once: strokes, and the curves recovered from them."""
     made = body("sedan", resolution=1.6)
     mess = degrade(made, SEED, **MESS)  # pyright: ignore[reportArgumentType]
-    model = Model.from_arrays(mess.points, mess.triangles)
+    model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
     scene = Scene.around((1240, 640), FRONT_LEFT, mess.points[mess.triangles].reshape(-1, 3), 0.03)
     turned_over = mess.flipped[mess.parts]
     scene.solid(mess.points, mess.triangles[~turned_over])
@@ -163,7 +164,7 @@ def draw_ribs(place: Place) -> None:
     )  # fmt: skip
     points = np.concatenate([mess.points, made.points])
     triangles = np.concatenate([torn, whole + len(mess.points)])
-    model = Model.from_arrays(points, triangles)
+    model = Surface.from_soup(PolygonMesh.from_faces(points, triangles))
     found = Snap.begin(model, stroke(made, "roof_rail", 0.006, 3))
     scene = Scene((840, 560), (-0.35, -1.0, 0.75), middle - (0.0, 0.0, 0.02), 0.92)
     scene.solid(points, triangles)
@@ -200,9 +201,9 @@ def draw_real(place: Place) -> None:
     panels: list[Image.Image] = []
     for name, kind, look in REAL:
         model = place.model(name)
-        seen = model.points[model.points[:, 2] < CROWN.get(name, np.inf)]
+        seen = model.vertices[model.vertices[:, 2] < CROWN.get(name, np.inf)]
         scene = Scene.around((640, 424), look, seen, 0.04, HEAD)
-        scene.solid(model.points, model.triangles, sharp=True)
+        scene.solid(model.vertices, model.triangles, sharp=True)
         strokes = read_strokes(EXAMPLES / f"{name}.strokes.json")
         for one in strokes:
             draw_stroke(scene, model, one.points)
@@ -231,7 +232,7 @@ def draw_registration(place: Place) -> None:
     curves: dict[str, Spline] = {
         one.name: spline_through(one.smooth) for one in made.features if one.kind != "hidden"
     }
-    generated = Model.from_arrays(made.points, made.triangles)
+    generated = Surface.from_soup(PolygonMesh.from_faces(made.points, made.triangles))
     rows = [stages(generated, register(generated, curves, template), "a generated body")]
     if place.data is None:
         print("registration: --shared has no data/meshes, so no real model is shown")

@@ -7,14 +7,14 @@ from draw_features_scene import BOLD, Scene, write
 from numpy.typing import NDArray
 from PIL import Image
 
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.registration import Registration
 
 #: From where cars are seen: the driver's side from the front.
 FRONT_LEFT = (-0.62, -1.0, 0.42)
 
 
-def stages(model: Model, laid: Registration, name: str) -> list[Image.Image]:
+def stages(model: Surface, laid: Registration, name: str) -> list[Image.Image]:
     """The three panels of one model."""
     size = (470, 300)
     half = [curve.sample(120) for curve in laid.network.curves.values()]
@@ -29,9 +29,9 @@ def stages(model: Model, laid: Registration, name: str) -> list[Image.Image]:
         ("membrane", laid.membrane),
         (f"{len(laid.quads):,} quads on the model", laid.points),
     ):
-        scene = Scene.around(size, FRONT_LEFT, model.points, 0.04, 36)
+        scene = Scene.around(size, FRONT_LEFT, model.vertices, 0.04, 36)
         if points is None:
-            scene.solid(model.points, model.triangles, sharp=True)
+            scene.solid(model.vertices, model.triangles, sharp=True)
         else:
             scene.solid(points, laid.quads[shown], wire=True)
         for line in half:

@@ -15,8 +15,8 @@ from draw_retopo_tutorial import View, picture, play, save
 
 import patterndb
 from ingest.formats import read_mesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import read_script
 
 ROOT = Path(__file__).parents[1]
@@ -49,7 +49,9 @@ OTHERWISE = "from the other side"
 def draw(name: str, data: Path, out: Path) -> None:
     """Play the script and write its picture."""
     script = read_script(SCRIPTS / f"{name}.jsonl")
-    surface = Ground.of_polygons(read_mesh(data / "surfaces" / Path(script.surface).name))
+    surface = Surface.from_polygons(
+        read_mesh(data / "surfaces" / Path(script.surface).name)
+    ).orient()
     one, other = VIEWS[name]
     captions = ("curves", "quads", OTHER.get(name, OTHERWISE))
     with patterndb.open() as database:

@@ -25,7 +25,6 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, find_irregular_vertices, weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, script_of
 
 ROOT = Path(__file__).parents[1]
@@ -166,7 +165,7 @@ def _tube(plotter: pv.Plotter, line: pv.PolyData, radius: float, colour: str) ->
     plotter.add_mesh(tube, color=colour, lighting=False)
 
 
-def _depths(mesh: RetopoMesh, surface: Ground, edge: float) -> NDArray[np.float64]:
+def _depths(mesh: RetopoMesh, surface: Surface, edge: float) -> NDArray[np.float64]:
     """(v,) how much deeper the surface's vertices are drawn: those that lie below quads."""
     halves = np.concatenate([mesh.quads[:, [0, 1, 2]], mesh.quads[:, [0, 2, 3]]])
     feet = Surface.from_arrays(mesh.vertices, halves).nearest(surface.vertices)
@@ -246,7 +245,7 @@ def hip(editor: Editor) -> list[Image.Image]:
 
 
 #: After which parts of the script a picture is drawn: how their titles begin.
-LIMBS, JOINED, COUNTED = "Feet", "The underside", "Counts"
+LIMBS, JOINED, COUNTED = "SurfacePoints", "The underside", "Counts"
 TRUNK = "Collar"
 
 
@@ -258,7 +257,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images")
     arguments = parser.parse_args()
     wanted = set(arguments.numbers or range(1, 6))
-    surface = Ground.of_polygons(read_mesh(arguments.data / "surfaces" / "penguin.obj"))
+    surface = Surface.from_polygons(read_mesh(arguments.data / "surfaces" / "penguin.obj")).orient()
 
     def to(number: int) -> Path:
         return arguments.out / f"retopo-tutorial-{number}.png"

@@ -23,10 +23,9 @@ from PIL import Image
 
 import patterndb
 from ingest.formats import read_mesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
-from query.placing import Surface
 from viewer.retopo import RetopoState
 
 ROOT = Path(__file__).parents[1]
@@ -45,11 +44,11 @@ FINGERS = {
 }
 
 
-def smooth(name: str) -> Ground:
+def smooth(name: str) -> Surface:
     """A mesh of the examples, subdivided."""
     coarse = Surface.from_polygons(read_mesh(ROOT / "examples" / name))
     mesh = trimesh.Trimesh(coarse.vertices, coarse.triangles).subdivide_loop(ROUNDS[name])
-    return Ground.of(mesh.vertices, mesh.faces)
+    return Surface.from_arrays(mesh.vertices, mesh.faces).orient()
 
 
 def across(middle: Place, other: Place, half: float) -> tuple[Place, Place]:

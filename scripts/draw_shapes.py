@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from patterndb_sketch.features.model import Model
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.registration import Template, box_template, register
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import style
@@ -65,7 +66,7 @@ def shape_model() -> tuple[ShapeModel, Template]:
     laid = []
     for name in CARS:
         shown = body(name, FINE, whole=True)
-        model = Model.from_arrays(shown.points, shown.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(shown.points, shown.triangles))
         laid.append(register(model, drawn(shown), template))
     names = tuple(CARS)
     return ShapeModel.from_registrations(laid, names=names, template=template.name), template

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Floats, Points, units
-from patterndb.geometry.trianglemesh import TriangleMesh
+from patterndb.geometry.surface import Surface
 from patterndb.geometry.triangulation import cut_faces
 from query.holes import HoleFill, weld_fills
 from viewer import style
@@ -197,7 +197,7 @@ class _Seen:
     fills'. middles, areas: (k, 3) and (k, 3), of the fills' triangles.
     """
 
-    mesh: TriangleMesh
+    mesh: Surface
     face: NDArray[np.int64]
     first: int
     removed: NDArray[np.bool_]
@@ -208,7 +208,7 @@ class _Seen:
     def of(cls, fills: Sequence[HoleFill]) -> _Seen:
         welded = weld_fills(fills)
         triangles, face = cut_faces(welded)
-        mesh = TriangleMesh(welded.points, triangles)
+        mesh = Surface(welded.points, triangles)
         first = welded.n_faces - sum(fill.n_faces for fill in fills)
         own = mesh.corners[face >= first]
         areas = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0]) / 2.0
@@ -225,7 +225,7 @@ class _Seen:
         rays = np.repeat(directions, k, axis=0)
         # Off the triangle that the ray begins on.
         origins = np.tile(self.middles, (d, 1)) + self._off * rays
-        return (self.mesh.cast_rays(origins, rays)[0] >= 0).reshape(d, k)
+        return self.mesh.cast_rays(origins, rays).found.reshape(d, k)
 
     @property
     def _off(self) -> float:
@@ -243,12 +243,13 @@ class _Seen:
             own = self.face >= self.first
             starts = self.middles + self._off * toward
             lines = np.broadcast_to(toward, starts.shape)
-            _, hit, _, along = self.mesh.cast_lines(starts, lines)
-            front[self.face[hit[(along > 0.0) & ~own[hit]]]] = True
-            behind = TriangleMesh.from_corners(self.mesh.corners[own])
+            _, hits = self.mesh.cast_lines(starts, lines)
+            hit = hits.triangles
+            front[self.face[hit[(hits.distances > 0.0) & ~own[hit]]]] = True
+            behind = Surface.from_corners(self.mesh.corners[own])
             corners = self.mesh.corners[~own].reshape(-1, 3)
             rays = np.broadcast_to(-toward, corners.shape)
-            away = behind.cast_rays(corners, rays)[2].reshape(-1, 3)
+            away = behind.cast_rays(corners, rays).distances.reshape(-1, 3)
             hides = ((away > self._off) & (away < np.inf)).any(axis=1)
             front[self.face[~own][hides]] = True
         result = np.zeros(len(self.removed), np.bool_)

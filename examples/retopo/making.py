@@ -9,7 +9,7 @@ from pathlib import Path
 from sketching import Sketch
 
 from ingest.formats import read_mesh
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 
 HERE = Path(__file__).resolve().parent
 
@@ -20,7 +20,7 @@ def made(name: str, draw: Callable[[Sketch], None], mirror: int | None = None) -
     parser.add_argument("surface", type=Path, help="OBJ file; the script names it as it is given")
     parser.add_argument("--out", type=Path, default=HERE, help="folder to write into")
     options = parser.parse_args()
-    surface = Ground.of_polygons(read_mesh(options.surface))
+    surface = Surface.from_polygons(read_mesh(options.surface)).orient()
     sketch = Sketch(surface, options.surface.as_posix(), mirror)
     draw(sketch)
     sketch.write(options.out / name)

@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb.system.files import replace_file
 from patterndb_sketch.retopo.editor import Call
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints, cut_by_plane, trace_geodesic
 from patterndb_sketch.retopo.script import line_of
+from patterndb_sketch.retopo.tracing import cut_by_plane, trace_geodesic
 
 Points = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ class Sketch:
     """
 
     def __init__(
-        self, surface: Ground, file: str, mirror: int | None = None, on_plane: float = 0.004
+        self, surface: Surface, file: str, mirror: int | None = None, on_plane: float = 0.004
     ) -> None:
         self.surface = surface
         self.file = file
@@ -80,7 +81,7 @@ class Sketch:
             found = self.surface.project((point + far * towards)[None], towards[None], 2.0 * far)
             if len(found.missed) or len(found.lost):
                 raise ValueError(f"{name} is beside the surface: seen from {side} at {list(at)}")
-            self._name(name, found.feet.points[0])
+            self._name(name, found.points[0])
 
     def near(self, **places: Sequence[float]) -> None:
         """Name the points of the surface nearest to points in space."""
@@ -223,7 +224,7 @@ class Sketch:
         """What is met first from a point inside, in the plane across which ``across`` stands."""
         towards = np.asarray(way, float)
         towards = towards - (towards @ across) / (across @ across) * across
-        found = self.surface.project(at[None], towards[None], self.surface.diagonal).feet
+        found = self.surface.project(at[None], towards[None], self.surface.diagonal)
         if (found.points[0] - at) @ towards < 0.0:
             raise ValueError(f"{at.tolist()} is outside the surface")
         return found
@@ -282,7 +283,7 @@ class Sketch:
             moved[free] = np.linalg.solve(matrix[np.ix_(free, free)], right)
             if closed:
                 moved[-1] = moved[0]
-            done = self.surface.project(moved, up, 0.1 * self.surface.diagonal).feet
+            done = self.surface.project(moved, up, 0.1 * self.surface.diagonal)
             moved, up = done.points, done.normals
             moved[fixed] = at[fixed]
             at = moved

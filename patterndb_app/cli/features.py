@@ -41,7 +41,7 @@ from patterndb_sketch.features.defaults import (
 )
 
 if TYPE_CHECKING:
-    from patterndb_sketch.features.model import Model
+    from patterndb.geometry.surface import Surface
     from patterndb_sketch.features.sessionfile import FeatureSession
     from patterndb_sketch.features.snap import SnapSettings
     from patterndb_sketch.features.splines import Constraint
@@ -279,7 +279,7 @@ def _read_strokes(
 
 
 def _recover_curves(
-    model: Model, asked: Sequence[tuple[FeatureStroke, tuple[Constraint, ...]]]
+    model: Surface, asked: Sequence[tuple[FeatureStroke, tuple[Constraint, ...]]]
 ) -> tuple[list[RecoveredCurve], dict[str, str], float]:
     """The curves, why strokes have none, by name, and how many seconds it took."""
     from patterndb_sketch.features.errors import InvalidFeatureError
@@ -298,7 +298,7 @@ def _recover_curves(
 
 
 def _document(
-    model: Path, ground: Model, found: Sequence[RecoveredCurve], lost: dict[str, str],
+    model: Path, ground: Surface, found: Sequence[RecoveredCurve], lost: dict[str, str],
     seconds: float, output: Path | None, session: Path | None,
 ) -> dict[str, object]:  # fmt: skip
     from patterndb_sketch.features.files.curvesjson import curve_document
@@ -329,11 +329,14 @@ def _row(one: RecoveredCurve) -> tuple[object, ...]:
     )
 
 
-def _say_model(path: Path, model: Model, session: FeatureSession) -> None:
+def _say_model(path: Path, model: Surface, session: FeatureSession) -> None:
     parts = f"{plural(len(model.triangles), 'triangle')}, {plural(model.n_components, 'component')}"
     left_out = [
         f"{count:,} {what}"
-        for count, what in ((model.dropped, "without area"), (model.repeated, "there twice"))
+        for count, what in (
+            (model.repairs.dropped, "without area"),
+            (model.repairs.repeated, "there twice"),
+        )
         if count
     ]
     say(f"{path.name}: {parts}" + (f"; left out: {', '.join(left_out)}" if left_out else ""))

@@ -22,10 +22,10 @@ from patterndb_app.cli.progressline import ProgressLine
 from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
+    from patterndb.geometry.surface import Surface
     from patterndb.store import Database, DatabaseUnion
     from patterndb.store.connection import Mode
     from patterndb_app.client.remote import RemoteDatabase
-    from patterndb_sketch.features.model import Model
     from query import Boundary
 
     # Generic for the type checker alone: older releases of click have a plain class.
@@ -417,17 +417,17 @@ def boundary_of(
     return Boundary(sides, () if closed else corners)  # pyright: ignore[reportArgumentType]
 
 
-def read_model(path: Path) -> Model:
+def read_model(path: Path) -> Surface:
     """The model in a mesh file, its triangles as they stand."""
     from ingest.formats import read_mesh
-    from patterndb_sketch.features.errors import InvalidFeatureError
-    from patterndb_sketch.features.model import Model
+    from patterndb.errors import InvalidMeshError
+    from patterndb.geometry.surface import Surface
 
     mesh = read_mesh(path)
     try:
-        return Model.from_polygons(mesh)
-    except InvalidFeatureError as error:
-        raise InvalidFeatureError(f"{path}: {error}") from None
+        return Surface.from_soup(mesh)
+    except InvalidMeshError as error:
+        raise InvalidMeshError(f"{path}: {error}") from None
 
 
 class Numbers(ParamType):

@@ -25,7 +25,7 @@ from patterndb_app.cli.text import plural, printable, say, shorten, table, write
 from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 
 if TYPE_CHECKING:
-    from patterndb_sketch.features.model import Model
+    from patterndb.geometry.surface import Surface
     from patterndb_sketch.features.registration import DrawnNetwork, Registration, Template
 
 template_option = click.option(
@@ -183,7 +183,7 @@ def read_drawn(network: Path, tolerance: float | None) -> DrawnNetwork:
     return drawn if tolerance is None else replace(drawn, tolerance=tolerance)
 
 
-def turn_model(model: Model, drawn: DrawnNetwork, turn: str) -> tuple[str, Model]:
+def turn_model(model: Surface, drawn: DrawnNetwork, turn: str) -> tuple[str, Surface]:
     """The turn that was asked for, or found by the curves of a network, and the model in it."""
     from patterndb_sketch.features.registration.frame import Turn, find_turn
 

@@ -34,11 +34,11 @@ from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
+    from patterndb.geometry.surface import Surface
     from patterndb.store import Database, DatabaseUnion
     from patterndb_sketch.retopo.editor import Editor, Outcome
     from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
     from patterndb_sketch.retopo.filling.report import Report
-    from patterndb_sketch.retopo.ground import Ground
     from patterndb_sketch.retopo.script import Script, ScriptLine
     from patterndb_sketch.retopo.sessionfile import RetopoSession
 
@@ -276,8 +276,9 @@ def retopo(
                 "read it, or press R in the window"
             )
         say(f"{name}: {plural(len(start.surface.triangles), 'triangle')}")
-        if start.surface.turned:
-            say(f"{plural(start.surface.turned, 'triangle')} turned over, to face as all others do")
+        if start.surface.repairs.turned:
+            turned = plural(start.surface.repairs.turned, "triangle")
+            say(f"{turned} turned over, to face as all others do")
         began = perf_counter()
         drafted = [_make_draft(editor, wishes)] if draft else []
         if wanted is not None and script is not None:
@@ -494,7 +495,7 @@ class RetopoBeginning:
     """name: what it is called, in reports and scripts. quads: was it begun from quads?"""
 
     name: str
-    surface: Ground
+    surface: Surface
     editor: Editor
     quads: bool
 
@@ -533,14 +534,14 @@ def _path(asked: RetopoRequest, script: Script | None) -> Path:
     return path
 
 
-def _read_surface(path: Path) -> Ground:
+def _read_surface(path: Path) -> Surface:
     from ingest.formats import read_mesh
     from patterndb.errors import InvalidMeshError
-    from patterndb_sketch.retopo.ground import Ground
+    from patterndb.geometry.surface import Surface
 
     mesh = read_mesh(path)
     try:
-        return Ground.of_polygons(mesh)
+        return Surface.from_polygons(mesh).orient()
     except InvalidMeshError as error:
         raise InvalidMeshError(f"{path}: {error}") from error
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 
 #: A sample is hidden if the model is in front of it by more than this share of the diagonal:
 #: curves lie on the model, at most some of a sample's spacing beneath it.
@@ -124,7 +124,7 @@ class Drag:
         return self.sample, self.point
 
 
-def begin_drag(view: MatrixCamera, model: Model, samples: ArrayLike, pressed: ArrayLike) -> Drag:
+def begin_drag(view: MatrixCamera, model: Surface, samples: ArrayLike, pressed: ArrayLike) -> Drag:
     """The drag of the one of a curve's (m, 3) samples that is seen nearest to a place (2,).
 
     Samples hidden by the model count only if visible ones are RATHER_VISIBLE pixels farther
@@ -142,13 +142,13 @@ def begin_drag(view: MatrixCamera, model: Model, samples: ArrayLike, pressed: Ar
         raise InvalidFeatureError("no sample of the curve is in front of the camera; turn the view")
     origins, directions = view.rays(seen[ahead])
     deep = np.einsum("nc,nc->n", given[ahead] - origins, directions)
-    front = model.first_hits(origins, directions).lengths
+    front = model.cast_rays(origins, directions).distances
     cost = away[ahead] + np.where(front < deep - BENEATH * model.diagonal, RATHER_VISIBLE, 0.0)
     chosen = int(ahead[np.argmin(cost)])
     return Drag(view, chosen, place, seen[chosen], given[chosen])
 
 
-def move_drag(drag: Drag, model: Model, place: ArrayLike) -> Drag:
+def move_drag(drag: Drag, model: Surface, place: ArrayLike) -> Drag:
     """The drag after the pointer went to a place (2,) of the window.
 
     The sample is moved in the window as the pointer was, and goes to the front-most point of
@@ -157,7 +157,7 @@ def move_drag(drag: Drag, model: Model, place: ArrayLike) -> Drag:
     Source: feature curve recovery paper, section 4.2.
     """
     moved = drag.begun + (_place(place) - drag.pressed)
-    hit = model.first_hits(*drag.view.rays(moved[None]))
+    hit = model.cast_rays(*drag.view.rays(moved[None]))
     if not hit.found[0]:
         return replace(drag, missed=True)
     return replace(drag, point=hit.points[0], missed=False)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
     SessionCurve,
@@ -89,7 +89,7 @@ class DrawnCurve:
         pins = sorted([*others, (sample, point)], key=lambda one: one[0])
         return replace(self, constraints=tuple(pins))
 
-    def turned(self, model: Model) -> DrawnCurve:
+    def turned(self, model: Surface) -> DrawnCurve:
         """Closed if it was open, and open if it was closed.
 
         Pins stay where they are, at the samples that are nearest to them then.
@@ -159,7 +159,7 @@ class FeatureEdits:
 
 
 def snap_curve(
-    model: Model, wanted: DrawnCurve, before: DrawnCurve | None, known: Snap | None
+    model: Surface, wanted: DrawnCurve, before: DrawnCurve | None, known: Snap | None
 ) -> Snap:
     """Snap a curve, as far as that is needed after what it was before.
 

@@ -10,8 +10,8 @@ from scipy.interpolate import make_interp_spline
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.splines import Spline, chordal_parameters, fit_spline
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED
 
@@ -61,7 +61,7 @@ def is_ring(points: ArrayLike) -> bool:
 
 
 def find_initial_curve(
-    model: Model, clicked: ArrayLike, *, closed: bool | None = None
+    model: Surface, clicked: ArrayLike, *, closed: bool | None = None
 ) -> InitialCurve:
     """The curve through (k, 3) clicked points, sampled, on the model.
 
@@ -98,8 +98,10 @@ def find_initial_curve(
     through = interpolate_points(np.array(kept), closed=around)
     wanted = round(through.length / (SPACING * model.diagonal)) + (not around)
     count = min(max(wanted, FEWEST_CLOSED if around else FEWEST), MOST)
-    feet = model.nearest(through.sample(count + 1)[:-1] if around else through.sample(count))
-    return InitialCurve(through, feet.points, feet.triangles, feet.lengths, len(kept))
+    sampled = through.sample(count + 1)[:-1] if around else through.sample(count)
+    feet = model.nearest(sampled)
+    lengths = np.linalg.norm(feet.points - sampled, axis=1)
+    return InitialCurve(through, feet.points, feet.triangles, lengths, len(kept))
 
 
 def interpolate_points(points: Points, *, closed: bool = False) -> Spline:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points, as_points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.defaults import (
     ALPHA,
     AXES,
@@ -43,7 +44,6 @@ from patterndb_sketch.features.fishbone import (
 )
 from patterndb_sketch.features.fishbone.cut import hold_rows
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import SAMPLES, STITCH, Rib, build_ribs
 from patterndb_sketch.features.splines import Constraint, Spline, fit_spline
 
@@ -186,7 +186,7 @@ class Snap:
     notes:    on the stroke.
     """
 
-    model: Model
+    model: Surface
     stroke: Points
     settings: SnapSettings
     backbone: Spline
@@ -202,7 +202,7 @@ class Snap:
     @classmethod
     def begin(
         cls,
-        model: Model,
+        model: Surface,
         stroke: ArrayLike,
         settings: SnapSettings | None = None,
         constraints: Sequence[Constraint] = (),
@@ -311,11 +311,11 @@ class Snap:
         # Samples of ribs that are not there are as far from the backbone as their neighbours.
         between = [np.interp(numbers, bone.ribs, moved[:, c], period=period) for c in range(3)]
         wanted = self.origins + np.stack(between, axis=1)
-        hits = self.model.nearest(wanted)
-        samples = hits.points
+        samples = self.model.nearest(wanted).points
+        off = np.linalg.norm(samples - wanted, axis=1)
         # Ribs leave the model only where they bridge gaps, and there the feature is on them.
         bridged = bone.ribs[told]
-        bridged = bridged[hits.lengths[bridged] > STITCH * self.model.diagonal]
+        bridged = bridged[off[bridged] > STITCH * self.model.diagonal]
         samples[bridged] = wanted[bridged]
         for number, place in constraints:
             samples[number] = place
@@ -371,7 +371,7 @@ class Snap:
 
 
 def snap(
-    model: Model,
+    model: Surface,
     stroke: ArrayLike,
     settings: SnapSettings | None = None,
     constraints: Sequence[Constraint] = (),
@@ -397,7 +397,7 @@ def snap(
 
 
 def _about(
-    model: Model,
+    model: Surface,
     stroke: Points,
     settings: SnapSettings,
     samples: Points,
@@ -420,7 +420,7 @@ def _about(
 
 
 def _ribs(
-    model: Model, origins: Points, tangents: Points, settings: SnapSettings
+    model: Surface, origins: Points, tangents: Points, settings: SnapSettings
 ) -> tuple[Rib | None, ...]:
     reach = settings.radius * model.diagonal
     if not len(origins):
@@ -429,7 +429,7 @@ def _ribs(
     return tuple(rib if len(rib) else None for rib in ribs)
 
 
-def _terms(model: Model, fishbone: Fishbone, settings: SnapSettings) -> Terms:
+def _terms(model: Surface, fishbone: Fishbone, settings: SnapSettings) -> Terms:
     size = model.diagonal
     return find_terms(
         fishbone, settings.window * size, settings.nearness * size, settings.axis, settings.beta

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial.distance import cdist
 
 from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import FeatureCurve, SnapSettings, snap
 from patterndb_sketch.features.splines import Constraint, Spline
 
@@ -75,7 +75,7 @@ class RecoveredCurve:
 
 
 def recover_curve(
-    model: Model, stroke: FeatureStroke, constraints: Sequence[Constraint] = ()
+    model: Surface, stroke: FeatureStroke, constraints: Sequence[Constraint] = ()
 ) -> RecoveredCurve:
     """The curve on the feature that a stroke was drawn along.
 
@@ -97,16 +97,16 @@ def recover_curve(
     return RecoveredCurve(stroke.name, stroke.points, curve, measure_curve(model, begun, curve))
 
 
-def _check_nearness(model: Model, stroke: FeatureStroke) -> None:
+def _check_nearness(model: Surface, stroke: FeatureStroke) -> None:
     """Refuse a stroke in another unit or frame than the model's, and held points off it."""
     reach = stroke.settings.radius * model.diagonal
     points = as_points(stroke.points, "points of a stroke", InvalidFeatureError)
     held = as_points(stroke.held, "points to hold", InvalidFeatureError)
     if len(points):
-        why = model.mesh.explain_distance(points, "model", stroke.settings.radius)
+        why = model.explain_distance(points, "model", stroke.settings.radius)
         if why is not None:
             raise InvalidFeatureError(why)
-    lengths = model.nearest(held).lengths if len(held) else np.zeros(0)
+    lengths = model.measure_distances(held) if len(held) else np.zeros(0)
     for number in np.flatnonzero(lengths > reach).tolist():
         x, y, z = held[number]
         raise InvalidFeatureError(
@@ -132,7 +132,7 @@ def find_held_samples(samples: Points, held: ArrayLike) -> tuple[Constraint, ...
     return tuple((number, points[k]) for number, k in taken.items())
 
 
-def measure_curve(model: Model, stroke: Points, curve: FeatureCurve) -> Figures:
+def measure_curve(model: Surface, stroke: Points, curve: FeatureCurve) -> Figures:
     """The figures of a curve whose stroke, laid onto the model, has the points (m, 3)."""
     spline = curve.spline
     at_samples = spline.evaluate(curve.parameters)
@@ -141,7 +141,7 @@ def measure_curve(model: Model, stroke: Points, curve: FeatureCurve) -> Figures:
         spline.length,
         Spread.of(measure_distances(stroke, spline, len(along))),
         Spread.of(np.linalg.norm(curve.samples - at_samples, axis=1)),
-        Spread.of(model.nearest(along).lengths),
+        Spread.of(model.measure_distances(along)),
     )
 
 

@@ -1,10 +1,10 @@
 """Retopology: quad meshes sketched on a surface of triangles, without any window.
 
 After Takayama, Panozzo, Sorkine-Hornung and Sorkine-Hornung, "Sketch-Based Generation and
-Editing of Quad Meshes" (2013). A surface becomes a :class:`~patterndb_sketch.retopo.ground.Ground`;
-strokes on it make a network of curves, whose loops are filled with patterns.
+Editing of Quad Meshes" (2013). Strokes on a :class:`~patterndb.geometry.surface.Surface` make a
+network of curves, whose loops are filled with patterns.
 
-Read :mod:`.ground`, :mod:`.network`, :mod:`.counts` and :mod:`.filling`, then :mod:`.symmetry` and
+Read :mod:`.tracing`, :mod:`.network`, :mod:`.counts` and :mod:`.filling`, then :mod:`.symmetry` and
 :mod:`.draft` (a first network by the machine); then :mod:`.tool` (what a tool is, with
 :mod:`.arguments`), :mod:`.tools`, :mod:`.table` (all of them) and :mod:`.editor`, which obeys calls
 of them on a :mod:`.state`. :mod:`.script`,

@@ -11,7 +11,9 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from patterndb_sketch.history import DEPTH, History
+from patterndb.system.history import DEPTH, History
+
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.draft.fitting import sample_both_sides
 from patterndb_sketch.retopo.draft.refitting import claim_curves, refit_quads
@@ -25,7 +27,6 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.flaws import describe_leaps, describe_open_ends
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders
 from patterndb_sketch.retopo.network.keptfaces import check_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport
@@ -75,7 +76,7 @@ class Editor:
     when there is time.
     """
 
-    def __init__(self, surface: Ground, source: PatternSource, sizes: Sizes | None = None) -> None:
+    def __init__(self, surface: Surface, source: PatternSource, sizes: Sizes | None = None) -> None:
         """On a surface, whose borders become marked chains; source: of patterns."""
         self.surface = surface
         self.source = source
@@ -121,7 +122,7 @@ class Editor:
         return self._halves[plane]
 
     @property
-    def surface_now(self) -> Ground:
+    def surface_now(self) -> Surface:
         """What curves and quads lie on: the surface, or its half while symmetry is on."""
         half = self.half
         return self.surface if half is None else half.surface

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network import Network, Node
 from patterndb_sketch.retopo.network.flooding import find_leaps
 from patterndb_sketch.retopo.sizes import Sizes
@@ -27,7 +27,7 @@ def describe_open_ends(before: Network, after: Network, sizes: Sizes) -> tuple[s
     )
 
 
-def describe_leaps(before: Network, after: Network, surface: Ground) -> tuple[str, ...]:
+def describe_leaps(before: Network, after: Network, surface: Surface) -> tuple[str, ...]:
     """Where an edit left curves that leave the surface, likewise."""
     leaps = find_new_leaps(before, after, surface)
     if not len(leaps):
@@ -48,7 +48,7 @@ def _list_new_ends(before: Network, after: Network) -> list[Node]:
     ]
 
 
-def find_new_leaps(before: Network, after: Network, surface: Ground) -> Points:
+def find_new_leaps(before: Network, after: Network, surface: Surface) -> Points:
     """(k, 3) where curves that are new, or run elsewhere than before, leave the surface.
 
     Not those that a draft laid: they were traced on the surface, and the draft is judged by its

@@ -19,11 +19,11 @@ from patterndb._native.retopo.quadgrids import read_grid
 from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import flipped
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, PlacedPatch
 from patterndb_sketch.retopo.filling.placing import is_as_given
 from patterndb_sketch.retopo.filling.report import cut_fans
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     BORDER,
     FACE,
@@ -44,7 +44,8 @@ from patterndb_sketch.retopo.quadgrids import (
     mark_separatrices,
     refuse_fans,
 )
-from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.sizes import EDGE, Sizes
+from patterndb_sketch.retopo.tracing.curves import TOO_FAR
 from patterndb_sketch.retopo.wording import list_places
 
 #: A loop longer than this many diagonals never becomes a patch by itself, as elsewhere.
@@ -65,7 +66,7 @@ class QuadImport:
     """
 
     network: Network
-    surface: Ground
+    surface: Surface
     sizes: Sizes
     filled: FilledNetwork
     vertex: dict[int, Int32Array]
@@ -75,7 +76,7 @@ class QuadImport:
 def import_quads(
     vertices: ArrayLike,
     quads: ArrayLike,
-    surface: Ground | None = None,
+    surface: Surface | None = None,
     others: Sequence[Sequence[int]] = (),
 ) -> QuadImport:
     """Take a mesh of quads apart into patches of regular grids, to be edited as if drawn.
@@ -106,24 +107,29 @@ def import_quads(
 class _LaidMesh:
     """points, normals: (v, 3) of the mesh's vertices on the surface. given: was there a surface?"""
 
-    surface: Ground
+    surface: Surface
     sizes: Sizes
     points: Points
     normals: Points
     given: bool
 
     @classmethod
-    def of(cls, mesh: Quads, surface: Ground | None) -> _LaidMesh:
-        own = Ground.of(mesh.points[: mesh.n_given], cut_triangles(mesh))
-        normals = own.normals[own.vertex][mesh.given]
+    def of(cls, mesh: Quads, surface: Surface | None) -> _LaidMesh:
+        own = Surface.from_arrays(mesh.points[: mesh.n_given], cut_triangles(mesh)).orient()
+        normals = own.normals[own.repairs.vertex][mesh.given]
         steps = mesh.points[mesh.quads] - mesh.points[np.roll(mesh.quads, -1, axis=1)]
         edge = float(np.linalg.norm(steps, axis=2).mean())
         if surface is None:
             sizes = replace(Sizes.of(own.diagonal), edge=edge)
             return cls(own, sizes, mesh.points, normals, False)
         sizes = replace(Sizes.of(surface.diagonal), edge=edge)
-        there = surface.project(mesh.points, normals)
+        there = surface.project(mesh.points, normals, _find_reach(surface))
         return cls(surface, sizes, there.points, there.normals, True)
+
+
+def _find_reach(surface: Surface) -> float:
+    """How far off a surface a mesh may be that is projected onto it."""
+    return TOO_FAR * EDGE * surface.diagonal
 
 
 def cut_triangles(mesh: Quads) -> Int32Array:
@@ -254,7 +260,7 @@ class _ImportBuilder:
         points = (1.0 - share) * corners[edge] + share * corners[edge + 1]
         normals = units((1.0 - share) * up[edge] + share * up[edge + 1])
         if self.laid.given:
-            there = self.laid.surface.project(points, normals)
+            there = self.laid.surface.project(points, normals, _find_reach(self.laid.surface))
             inner = share[:, 0] > 0.0
             points[inner], normals[inner] = there.points[inner], there.normals[inner]
         at_vertex = share[:, 0] == 0.0

@@ -40,6 +40,7 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.core.code import decode
 from patterndb.core.disk import Disk
 from patterndb.errors import InvalidCodeError, InvalidMeshError, PatternDBError
+from patterndb.geometry.surface import Surface
 from patterndb.system.archives import read_array, read_members
 from patterndb.system.documents import (
     JsonModel,
@@ -55,7 +56,6 @@ from patterndb.system.files import replace_file
 from patterndb_sketch.autosave import EVERY, Autosave
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, Filling, Flow
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     NONE,
     BrokenNetworkError,
@@ -214,7 +214,7 @@ class RetopoSession:
     """All that editing needs. surface: the whole one, whatever symmetry is. name: of the file that
     the surface came from, for titles."""
 
-    surface: Ground
+    surface: Surface
     state: State
     name: str = ""
 
@@ -259,7 +259,7 @@ def session_bytes(session: RetopoSession, packed: bytes | None = None) -> bytes:
     return file.getvalue()
 
 
-def surface_bytes(surface: Ground) -> bytes:
+def surface_bytes(surface: Surface) -> bytes:
     """A surface's vertices and triangles, packed; see :func:`session_bytes`."""
     return _packed(
         {"vertices": surface.vertices.astype("<f8"), "triangles": surface.triangles.astype("<i4")}
@@ -267,7 +267,7 @@ def surface_bytes(surface: Ground) -> bytes:
 
 
 def autosave_session(
-    surface: Ground,
+    surface: Surface,
     state: State,
     *,
     session: Path | None = None,
@@ -322,10 +322,10 @@ def parse_session(data: bytes) -> RetopoSession:
     state = State(network, sizes, _plane(document.at("plane"), entries.plane))
     arrays = _arrays(content[SURFACE_NAME], SURFACE_ARRAYS)
     try:
-        surface = Ground.of(arrays["vertices"], arrays["triangles"])
+        surface = Surface.from_arrays(arrays["vertices"], arrays["triangles"]).orient()
     except PatternDBError as error:
         raise InvalidRetopoError(f"the surface: {error}") from None
-    if len(surface.vertices) != len(arrays["vertices"]) or surface.dropped:
+    if len(surface.vertices) != len(arrays["vertices"]) or surface.repairs.dropped:
         raise InvalidRetopoError(
             "the surface: vertices in one place, or triangles without an area, which no session has"
         )

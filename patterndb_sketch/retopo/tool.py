@@ -16,12 +16,13 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.arguments import MOST_POINTS, Argument, Number
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, SurfacePoints, clean_stroke
 from patterndb_sketch.retopo.network import Edit, Network, find_nearest_place, take_samples
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, refuse_beyond
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from query.engine import PatternSource
 
 #: What the mouse gives a tool.
@@ -51,7 +52,7 @@ class ToolWork:
     """
 
     state: State
-    surface: Ground
+    surface: Surface
     source: PatternSource
     half: Half | None = None
     kept: dict[Hashable, Any] = field(default_factory=dict)
@@ -63,7 +64,7 @@ class ToolWork:
         return found if found.surface is self.surface else replace(found, surface=self.surface)
 
     @property
-    def whole(self) -> Ground:
+    def whole(self) -> Surface:
         """The whole surface, whatever symmetry is."""
         return self.surface if self.half is None else self.half.whole
 

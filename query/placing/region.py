@@ -21,7 +21,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import NO_AREA
-from patterndb.geometry.surface import Feet, Surface, edge_keys
+from patterndb.geometry.surface import Surface, SurfacePoints, edge_keys
 
 #: Shares of a surface's diagonal: a boundary that is to lie on it has its nearest vertex no further
 #: off than FAR, and its farthest no further than FARTHEST. Boundaries drawn coarsely are off by
@@ -90,13 +90,13 @@ def enclose_region(surface: Surface, points: Points) -> Region:
 
     Raises InvalidBoundaryError for a boundary that is nowhere near the surface, or in another unit.
     """
-    why = surface.mesh.explain_distance(points, "surface", FAR, FARTHEST)
+    why = surface.explain_distance(points, "surface", FAR, FARTHEST)
     if why is not None:
         raise InvalidBoundaryError(f"the boundary does not lie on the surface: {why}")
     for crossing in _list_crossings(surface, points):
         around = crossing.around
         inside, separates = flood_left(
-            surface.beside, ~np.isnan(around), *_list_votes(surface, crossing)
+            surface.pairs, ~np.isnan(around), *_list_votes(surface, crossing)
         )
         if separates:
             share = float(surface.areas[inside].sum() / surface.areas.sum())
@@ -110,7 +110,7 @@ def _list_votes(surface: Surface, crossing: Crossing) -> tuple[Int32Array, NDArr
     """(m,) triangles beside ones that a boundary crosses, and (m,) whether each is to its left, 1,
     or its right, -1, where it is nearest."""
     barrier = ~np.isnan(crossing.around)
-    mixed = surface.beside[barrier[surface.beside].sum(axis=1) == 1]
+    mixed = surface.pairs[barrier[surface.pairs].sum(axis=1) == 1]
     voters = np.where(barrier[mixed[:, 0]], mixed[:, 1], mixed[:, 0])
     if not len(voters):
         return voters, np.empty(0, np.int8)
@@ -218,7 +218,7 @@ def is_curved(region: Region, points: Points) -> bool:
     return float((normals @ (area / size)).min()) < FACING
 
 
-def map_on_disk(region: Region, disk: Points, perimeter: int) -> Feet | None:
+def map_on_disk(region: Region, disk: Points, perimeter: int) -> SurfacePoints | None:
     """Where a fill's vertices fall if fill and region are laid on one disk.
 
     disk: (v, 2) the fill's vertices in the unit circle, those of the boundary, P = perimeter,
@@ -236,8 +236,8 @@ def map_on_disk(region: Region, disk: Points, perimeter: int) -> Feet | None:
     plane = Surface.from_arrays(np.c_[flat, np.zeros(len(flat))], region.surface.triangles)
     if len(plane.triangles) != len(region.surface.triangles):
         return None
-    triangle, weights = plane.located(np.c_[disk, np.zeros(len(disk))])
-    return region.surface.at(triangle, weights)
+    there = plane.nearest(np.c_[disk, np.zeros(len(disk))])
+    return region.surface.at(there.triangles, there.weights)
 
 
 def _list_crossings(surface: Surface, points: Points) -> Iterator[Crossing]:
@@ -262,15 +262,12 @@ def _cross_below(
     its vertices, normals (P, 3), if these are given; None if they do not touch one another."""
     n = len(points)
 
-    def find_feet(place: NDArray[np.float64]) -> Feet:
+    def find_feet(place: NDArray[np.float64]) -> SurfacePoints:
         at = _around(points, place)
         if normals is None:
             return surface.nearest(at)
-        triangle, weights = surface.mesh.find_nearest_facing(at, units(_around(normals, place)))
         # Over a sharp rim none may face so.
-        lost = triangle < 0
-        triangle[lost], weights[lost] = surface.located(at[lost])
-        return surface.at(triangle, weights)
+        return surface.nearest_facing(at, units(_around(normals, place)))
 
     place = np.arange(n * SAMPLES) / SAMPLES
     feet = find_feet(place)
@@ -308,7 +305,7 @@ STRAIGHT = 2.0
 LONGEST = 4.0
 
 
-def _find_paths(surface: Surface, points: Points) -> list[Feet] | None:
+def _find_paths(surface: Surface, points: Points) -> list[SurfacePoints] | None:
     """Short paths along the surface between the vertices (P, 3) of a boundary, by triangles.
 
     A vertex is taken to be on the nearest triangle, or on the nearest of those that face the other
@@ -316,9 +313,8 @@ def _find_paths(surface: Surface, points: Points) -> list[Feet] | None:
     """
     n = len(points)
     near = surface.nearest(points)
-    triangle, weights = surface.mesh.find_nearest_facing(points, -near.normals)
-    there = triangle >= 0
-    back = surface.at(np.where(there, triangle, near.triangles), weights)
+    back = surface.nearest_facing(points, -near.normals)
+    there = back.fallback == 0
     feet = np.stack([near.triangles, back.triangles])
     apart = np.stack(
         [
@@ -355,7 +351,7 @@ def _find_paths(surface: Surface, points: Points) -> list[Feet] | None:
     ]
 
 
-def _cross_along(surface: Surface, points: Points, paths: list[Feet]) -> Crossing:
+def _cross_along(surface: Surface, points: Points, paths: list[SurfacePoints]) -> Crossing:
     """Crossed are the triangles along paths between the vertices."""
     around = np.full(len(surface.triangles), np.nan)
     at: list[Points] = []
@@ -373,7 +369,7 @@ def _link_triangles(surface: Surface) -> tuple[csr_array, NDArray[np.float64]]:
     """A graph of triangles that share an edge, by the way from middle to middle over that of the
     edge; and (t,) how far the corners of each are from its middle."""
     middles = surface.vertices[surface.triangles].mean(axis=1)
-    one, two = surface.beside.T
+    one, two = surface.pairs.T
     corner = surface.triangles
     shared = (corner[one][:, :, None] == corner[two][:, None, :]).any(axis=2)
     ends = np.where(shared[:, :, None], surface.vertices[corner[one]], 0.0).sum(axis=1)
@@ -444,7 +440,7 @@ def _rim(surface: Surface) -> Int32Array | None:
     corners = len(np.unique(triangles))
     if corners - len(values) + len(triangles) != 1 or uses.max() > 2:
         return None
-    if _pieces(surface.beside, len(triangles)).any():
+    if _pieces(surface.pairs, len(triangles)).any():
         return None
     border = np.flatnonzero(uses[inverse.ravel()] == 1)
     tail = triangles.ravel()

@@ -10,9 +10,11 @@ from typing import Protocol
 from weakref import WeakKeyDictionary, WeakSet
 
 import numpy as np
+from patterndb.system.history import History
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.edits import (
     CurveLook,
     DrawnCurve,
@@ -23,12 +25,10 @@ from patterndb_sketch.features.edits import (
 )
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED
-from patterndb_sketch.history import History
 from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, replace_value
 from viewer.features.snapping import SnapMaker
 
@@ -64,7 +64,7 @@ class FeatureEditing:
 
     def __init__(
         self,
-        model: Model,
+        model: Surface,
         session: FeatureSession,
         settings: SnapSettings,
         files: FeatureFiles | None,

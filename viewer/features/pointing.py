@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.edits import DrawnCurve
-from patterndb_sketch.features.model import Model
 from viewer.camera import View
 from viewer.nearness import FEATURE_REACH, PIN_REACH
 
@@ -43,9 +43,9 @@ class CurveUnderPointer(NamedTuple):
     pin: int | None = None
 
 
-def make_matrix_camera(view: View, model: Model, room: tuple[float, float]) -> MatrixCamera:
+def make_matrix_camera(view: View, model: Surface, room: tuple[float, float]) -> MatrixCamera:
     """Make the camera that sees the model as the picture of this size, in points, shows it."""
-    middle = (model.points.min(axis=0) + model.points.max(axis=0)) / 2.0
+    middle = (model.vertices.min(axis=0) + model.vertices.max(axis=0)) / 2.0
     far = ROOM * (model.diagonal + float(np.linalg.norm(view.focus - middle)))
     eye = view.focus + far * view.axes[2]
     height = room[1] / view.scale
@@ -58,7 +58,7 @@ def to_picture_place(room: tuple[float, float], x: float, y: float) -> NDArray[n
 
 
 def find_surface_point(
-    view: View, model: Model, room: tuple[float, float], x: float, y: float
+    view: View, model: Surface, room: tuple[float, float], x: float, y: float
 ) -> Points | None:
     """Find (3,) the front-most point of the model at a place of the picture.
 
@@ -68,8 +68,8 @@ def find_surface_point(
     places = to_picture_place(room, x, y) + np.concatenate(
         [np.zeros((1, 2)), *(r * RING for r in AROUND)]
     )
-    hits = model.first_hits(*make_matrix_camera(view, model, room).rays(places))
-    depth = hits.lengths
+    hits = model.cast_rays(*make_matrix_camera(view, model, room).rays(places))
+    depth = hits.distances
     half = len(RING) // 2
     for first in range(1, len(depth), len(RING)):
         for one in range(first, first + half):
@@ -82,7 +82,7 @@ def find_surface_point(
 
 def find_under_pointer(
     view: View,
-    model: Model,
+    model: Surface,
     room: tuple[float, float],
     drawn: Sequence[tuple[DrawnCurve, Points]],
     place: Place,
@@ -121,11 +121,11 @@ def find_under_pointer(
     return next((under for _, under, at in found if is_visible(view, model, room, at)), None)
 
 
-def is_visible(view: View, model: Model, room: tuple[float, float], point: Points) -> bool:
+def is_visible(view: View, model: Surface, room: tuple[float, float], point: Points) -> bool:
     """Is a point (3,) on the model or before it, as it is seen?"""
     origins, directions = make_matrix_camera(view, model, room).rays(
         to_picture_place(room, *view.seen(point)[:2].tolist())[None]
     )
     depth = float((point - origins[0]) @ directions[0])
-    front = float(model.first_hits(origins, directions).lengths[0])
+    front = float(model.cast_rays(origins, directions).distances[0])
     return front >= depth - BENEATH * model.diagonal

@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
 from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.buttonpress import ButtonPress
@@ -45,7 +45,7 @@ class FeatureState(ViewerState[ModelCamera]):
 
     def __init__(
         self,
-        model: Model,
+        model: Surface,
         *,
         session: FeatureSession | None = None,
         settings: SnapSettings | None = None,
@@ -58,7 +58,7 @@ class FeatureState(ViewerState[ModelCamera]):
             SnapSettings() if settings is None else settings,
             files,
         )
-        super().__init__(ModelCamera(model.points), self.editing)
+        super().__init__(ModelCamera(model.vertices), self.editing)
         self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
         self._press = ButtonPress()

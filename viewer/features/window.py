@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb.system.files import replace_file
 from patterndb.system.knownfiles import KnownFiles
 from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.features.edits import FeatureEdits
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
@@ -32,13 +32,13 @@ from viewer.sessions import SessionWriter
 
 
 def show(
-    model: Model,
+    model: Surface,
     *,
     title: str,
     session: FeatureSession,
     session_path: Path | None,
     settings: SnapSettings,
-    open_file: Callable[[Path], Model] | None = None,
+    open_file: Callable[[Path], Surface] | None = None,
     known: KnownFiles | None = None,
     keys: str = "",
     folder: Path | str = ".",
@@ -63,7 +63,7 @@ def show(
 
     check_display()
 
-    def make_saver(on: Model, begun: FeatureSession, path: Path | None) -> FeatureSaver:
+    def make_saver(on: Surface, begun: FeatureSession, path: Path | None) -> FeatureSaver:
         files = FeatureWriter(Path(folder), path, None, known)
         state = FeatureState(on, session=begun, settings=settings, files=files)
         state.message = files.watch(state, begun.mesh)
@@ -82,7 +82,7 @@ def show(
 
 
 def draw(
-    model: Model,
+    model: Surface,
     path: Path | str,
     *,
     session: FeatureSession,

@@ -10,10 +10,10 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.strips import pair_edges, trace_strips_at
+from patterndb.geometry.surface import SurfacePoints
 from patterndb_sketch.retopo.editor import Call
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import RetopoMesh, find_strip
-from patterndb_sketch.retopo.ground import SurfacePoints
 from patterndb_sketch.retopo.tool import SNAP, ToolWork
 from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.nearness import CHAIN_REACH, CLICK

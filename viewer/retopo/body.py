@@ -17,7 +17,6 @@ from patterndb_sketch.retopo.filling import (
     find_open_edges,
 )
 from patterndb_sketch.retopo.filling.report import cut_fans
-from patterndb_sketch.retopo.ground import Ground
 from viewer.skin import Skin
 
 #: A point this near to a quad, in median edges, is on it.
@@ -70,7 +69,7 @@ class NetworkBody:
     _sound: NDArray[np.int64]
 
     @classmethod
-    def made_of(cls, found: FilledNetwork, surface: Ground, mesh: RetopoMesh) -> NetworkBody:
+    def made_of(cls, found: FilledNetwork, surface: Surface, mesh: RetopoMesh) -> NetworkBody:
         """Of a filled network on a surface; mesh: all its quads, with their images if there are
         any."""
         quads, at = mesh.quads, mesh.vertices
@@ -142,11 +141,10 @@ class NetworkBody:
         """Which triangle of a quad a point (3,) of the surface is on."""
         if self._surface is None:
             return None
-        triangle, weights = self._surface.located(point[None])
-        foot = self._surface.at(triangle, weights).points[0]
-        if np.linalg.norm(foot - point) > ON * self.edge:
+        foot = self._surface.nearest(point[None])
+        if np.linalg.norm(foot.points[0] - point) > ON * self.edge:
             return None
-        at = int(self._sound[triangle[0]])
+        at = int(self._sound[foot.triangles[0]])
         return None if self.owner[at] == NO_PATCH else at
 
 
@@ -158,7 +156,7 @@ def _flipped(found: FilledNetwork, count: int) -> NDArray[np.bool_]:
     return np.resize(flags, count)
 
 
-def _under(surface: Ground, cover: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
+def _under(surface: Surface, cover: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
     """See :class:`NetworkBody`; owner: of its triangles."""
     under = np.full(len(surface.vertices), -1, np.int32)
     if cover is None:
@@ -167,11 +165,10 @@ def _under(surface: Ground, cover: Surface | None, owner: Int32Array, edge: floa
     low, high = cover.vertices.min(axis=0) - reach, cover.vertices.max(axis=0) + reach
     near = ((surface.vertices >= low) & (surface.vertices <= high)).all(axis=1)
     near = np.flatnonzero(near)
-    triangle, weights = cover.located(surface.vertices[near])
-    feet = cover.at(triangle, weights)
+    feet = cover.nearest(surface.vertices[near])
     away = np.linalg.norm(feet.points - surface.vertices[near], axis=1)
     agree = np.einsum("nc,nc->n", feet.normals, surface.normals[near]) > 0.0
     # What lies off the rim of all quads is nearest to an edge of theirs.
-    inside = (away <= reach) & agree & ((weights.min(axis=1) > 1e-6) | (away < RIM * edge))
-    under[near[inside]] = owner[triangle[inside]]
+    inside = (away <= reach) & agree & ((feet.weights.min(axis=1) > 1e-6) | (away < RIM * edge))
+    under[near[inside]] = owner[feet.triangles[inside]]
     return under

@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from patterndb.errors import PatternDBError
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor, Outcome, State
 from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
 from patterndb_sketch.retopo.filling.choice import Choice, Flow
 from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, rank_fills
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Patch
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Plane
@@ -279,8 +279,8 @@ class RetopoFiles(Protocol):
 
     lost: State | None
 
-    def save_session(self, surface: Ground, state: State) -> str: ...
-    def read_again(self, surface: Ground) -> State: ...
+    def save_session(self, surface: Surface, state: State) -> str: ...
+    def read_again(self, surface: Surface) -> State: ...
     def save_mesh(self, mesh: RetopoMesh) -> str: ...
     def save_script(self, calls: tuple[Call, ...]) -> str: ...
     def tick(self, state: State) -> str: ...

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -28,51 +28,45 @@ STEP = 3.0
 BENEATH = 0.004
 
 
-def pick_surface(
-    view: View, surface: Ground, places: ArrayLike
-) -> tuple[SurfacePoints, NDArray[np.bool_]]:
+def pick_surface(view: View, surface: Surface, places: ArrayLike) -> SurfacePoints:
     """Pick the front-most points of the surface at places (n, 2) of the picture, in points from its
-    middle, and (n,) whether there are any; the others are some points of the surface."""
+    middle."""
     toward = view.axes[2]
     at = np.asarray(places, np.float64).reshape(-1, 2)
     on = view.focus + at @ view.axes[:2] / view.scale
     box = np.stack([surface.vertices.min(axis=0), surface.vertices.max(axis=0)])
     reach = 1.01 * surface.diagonal + float(np.abs((box.mean(axis=0) - view.focus) @ toward))
-    triangle, weights = surface.surface.mesh.cast_along(
+    return surface.cast_along(
         on + reach * toward,
         np.tile(toward, (len(at), 1)),
         np.full(len(at), 2.0 * reach),
     )
-    found = triangle >= 0
-    return surface.at(np.where(found, triangle, 0).astype(np.int32), weights), found
 
 
-def pick_foot(view: View, surface: Ground, x: float, y: float) -> SurfacePoints | None:
+def pick_foot(view: View, surface: Surface, x: float, y: float) -> SurfacePoints | None:
     """Pick the front-most point of the surface at a place of the picture, as one foot."""
-    feet, found = pick_surface(view, surface, [[x, y]])
-    return feet if found[0] else None
+    feet = pick_surface(view, surface, [[x, y]])
+    return feet if feet.found[0] else None
 
 
 def pick_line(
-    view: View, surface: Ground, last: tuple[float, float], now: tuple[float, float]
+    view: View, surface: Surface, last: tuple[float, float], now: tuple[float, float]
 ) -> Points:
     """Pick (k, 3) points of the surface along the pointer's way from one place to another, the last
     place included and the first not."""
     steps = max(1, round(float(np.hypot(now[0] - last[0], now[1] - last[1])) / STEP))
     share = (np.arange(1, steps + 1) / steps)[:, None]
-    feet, found = pick_surface(
-        view, surface, np.array(last) + share * (np.array(now) - np.array(last))
-    )
-    return feet.points[found]
+    feet = pick_surface(view, surface, np.array(last) + share * (np.array(now) - np.array(last)))
+    return feet.points[feet.found]
 
 
-def find_visible(view: View, surface: Ground, points: Points) -> NDArray[np.bool_]:
+def find_visible(view: View, surface: Surface, points: Points) -> NDArray[np.bool_]:
     """Find (n,) which of points (n, 3) near the surface it does not hide."""
     if not len(points):
         return np.zeros(0, np.bool_)
-    feet, found = pick_surface(view, surface, view.seen(points)[:, :2])
+    feet = pick_surface(view, surface, view.seen(points)[:, :2])
     before = (feet.points - points) @ view.axes[2]
-    return ~found | (before <= BENEATH * surface.diagonal)
+    return ~feet.found | (before <= BENEATH * surface.diagonal)
 
 
 @dataclass(slots=True)
@@ -162,7 +156,7 @@ FOOT, DOWN = 0.02, 0.95
 BASE, MORE = 0.05, 3.0
 
 
-def find_upright(surface: Ground) -> str:
+def find_upright(surface: Surface) -> str:
     """Find the axis, y or z, that a surface seems to stand along: z if it is flat at its lower end
     there and not along y. Most that were modelled stand along y, and some that were measured along
     z."""

@@ -15,13 +15,13 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.strips import trace_strip
+from patterndb.geometry.surface import SurfacePoints
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.editor import TOOLS, Call
 from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import divide_chain
-from patterndb_sketch.retopo.ground import SurfacePoints
 from patterndb_sketch.retopo.network import Network, find_nearest_place, take_samples
 from patterndb_sketch.retopo.tool import ToolWork
 from patterndb_sketch.retopo.tools.autocomplete import find_completions

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from viewer.camera import ViewerState
@@ -55,7 +55,7 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.editing.close()
 
     @property
-    def surface(self) -> Ground:
+    def surface(self) -> Surface:
         """What is drawn on."""
         return self.editing.surface
 

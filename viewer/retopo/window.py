@@ -8,12 +8,12 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.surface import Surface
 from patterndb.system.knownfiles import FileChangedError, KnownFiles
 from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.retopo.editor import Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import RetopoMesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import (
     RetopoSession,
@@ -154,7 +154,7 @@ class RetopoWriter(SessionWriter[State, State]):
         self._ends_with_script = script is not None
         self._write_mesh = write_mesh
 
-    def find_lost(self, surface: Ground) -> str:
+    def find_lost(self, surface: Surface) -> str:
         """Read what a crash left of work on a surface, and say so; "" if it left nothing."""
 
         def read(path: Path) -> State | str:
@@ -166,7 +166,7 @@ class RetopoWriter(SessionWriter[State, State]):
 
         return self.find_recovery(read)
 
-    def read_again(self, surface: Ground) -> State:
+    def read_again(self, surface: Surface) -> State:
         """Read the session that is in the file by now; InvalidRetopoError if it is of another
         surface."""
         path = self.session_path
@@ -181,7 +181,7 @@ class RetopoWriter(SessionWriter[State, State]):
             )
         return kept.state
 
-    def save_session(self, surface: Ground, state: State) -> str:
+    def save_session(self, surface: Surface, state: State) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("retopo", ".retopo")
         kept = RetopoSession(surface, state, Path(self._begun.surface).name)

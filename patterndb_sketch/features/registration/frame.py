@@ -8,9 +8,10 @@ from itertools import permutations, product
 
 import numpy as np
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration.template import Template
 from patterndb_sketch.features.splines import Spline
 
@@ -64,9 +65,11 @@ class Turn:
         signs = [-1.0 if axis[0] == "-" else 1.0 for axis in self.axes]
         return np.asarray(points, np.float64)[:, columns] * signs
 
-    def turn_model(self, model: Model) -> Model:
+    def turn_model(self, model: Surface) -> Surface:
         """The same triangles in the turned frame."""
-        return Model.from_arrays(self.turn_points(model.points), model.triangles)
+        return Surface.from_soup(
+            PolygonMesh.from_faces(self.turn_points(model.vertices), model.triangles)
+        )
 
 
 def _list_turns() -> tuple[Turn, ...]:
@@ -84,11 +87,11 @@ def _list_turns() -> tuple[Turn, ...]:
 TURNS = _list_turns()
 
 
-def measure_share_on(model: Model, points: Points) -> float:
+def measure_share_on(model: Surface, points: Points) -> float:
     """The share of points (n, 3) that is on a model."""
     # Few points of a large model are far from its surface: curves in another unit would be on it.
     size = min(model.diagonal, float(np.linalg.norm(np.ptp(points, axis=0))))
-    return float((model.nearest(points).lengths < ON_MODEL * size).mean())
+    return float((model.measure_distances(points) < ON_MODEL * size).mean())
 
 
 def sample_curves(curves: Iterable[Spline]) -> Points:
@@ -99,7 +102,7 @@ def sample_curves(curves: Iterable[Spline]) -> Points:
     return np.concatenate(every)
 
 
-def find_turn(model: Model, curves: Iterable[Spline]) -> tuple[Turn, float]:
+def find_turn(model: Surface, curves: Iterable[Spline]) -> tuple[Turn, float]:
     """The turn in which most of the curves' points are on the model, and their share; of equally
     good ones that which comes first, so that a model is not turned for nothing."""
     points = sample_curves(curves)
@@ -109,19 +112,19 @@ def find_turn(model: Model, curves: Iterable[Spline]) -> tuple[Turn, float]:
     return TURNS[best], shares[best]
 
 
-def find_scale(model: Model, curves: Iterable[Spline]) -> tuple[float, Turn, float]:
+def find_scale(model: Surface, curves: Iterable[Spline]) -> tuple[float, Turn, float]:
     """The ratio of two units of length by which the curves have to be enlarged to lie on the model,
     in which turn, and the share of their points that is on it then."""
     points = sample_curves(curves)
     # Curves go from end to end of a model, whatever share of its width they cover.
-    ratio = float(np.ptp(model.points, axis=0).max() / np.ptp(points, axis=0).max())
+    ratio = float(np.ptp(model.vertices, axis=0).max() / np.ptp(points, axis=0).max())
     scale = min(UNITS, key=lambda unit: abs(np.log(unit / ratio)))
     shares = [measure_share_on(model, scale * _turn_back(turn, points)) for turn in TURNS]
     best = int(np.argmax(shares))
     return scale, TURNS[best], shares[best]
 
 
-def check_frame(model: Model, curves: Iterable[Spline]) -> None:
+def check_frame(model: Surface, curves: Iterable[Spline]) -> None:
     """Raises InvalidFeatureError if the curves do not lie on the model; it says in which turn, or
     in which unit, they would."""
     every = list(curves)
@@ -134,7 +137,7 @@ def check_frame(model: Model, curves: Iterable[Spline]) -> None:
     )
 
 
-def _mend(model: Model, curves: list[Spline]) -> str:
+def _mend(model: Surface, curves: list[Spline]) -> str:
     """What would bring curves and model together."""
     turn, share = find_turn(model, curves)
     if share >= LEAST_ON:

@@ -8,7 +8,6 @@ The membrane's normals leave the model at hits, which are trusted the less the f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +16,8 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Floats, Points
-from patterndb.geometry.trianglemesh import TriangleMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model, ModelFeet
 from patterndb_sketch.features.registration.template import MIRROR, Template, list_edges
 
 
@@ -93,10 +91,10 @@ def find_occluded(template: Template, points: Points, normals: Points) -> Bools:
         mine = np.flatnonzero(free & (template.of_part == number))
         if not part.yields_to or not len(mine):
             continue
-        mesh = TriangleMesh.from_corners(_triangles(template, points, part.yields_to))
+        mesh = Surface.from_corners(_triangles(template, points, part.yields_to))
         begin, along = points[mine], normals[mine]
-        ahead = mesh.cast_rays(begin, along)[0] >= 0
-        behind = mesh.cast_rays(begin, -along)[0]
+        ahead = mesh.cast_rays(begin, along).found
+        behind = mesh.cast_rays(begin, -along).triangles
         a, b, c = mesh.corners[behind].transpose(1, 0, 2)
         facing = np.einsum("nc,nc->n", np.cross(b - a, c - a), along) > 0.0
         result[mine] = ahead | ((behind >= 0) & facing)
@@ -149,7 +147,7 @@ class Hits:
         return self.found & (self.doubt < 1.0)
 
 
-def find_hits(model: Model, lines: Lines, reach: Floats) -> Hits:
+def find_hits(model: Surface, lines: Lines, reach: Floats) -> Hits:
     """The hits of the lines along vertices' normals.
 
     reach: (v,) from which distance on a hit is no more believed: delta times the shortest edge.
@@ -163,27 +161,38 @@ def find_hits(model: Model, lines: Lines, reach: Floats) -> Hits:
     asked = lines.asked & (lines.normals != 0.0).any(axis=1)
     length = np.full(v, np.inf)
     for chosen, ask in (
-        (np.flatnonzero(asked & ~lines.hollow), model.outermost),
-        (np.flatnonzero(asked & lines.hollow), partial(_nearest, model)),
+        (np.flatnonzero(asked & ~lines.hollow), find_outermost),
+        (np.flatnonzero(asked & lines.hollow), _find_nearest),
     ):
-        feet = ask(lines.points[chosen], lines.normals[chosen])
-        places[chosen], length[chosen] = feet.points, np.abs(feet.lengths)
-        found[chosen] = feet.found
+        places[chosen], along = ask(model, lines.points[chosen], lines.normals[chosen])
+        length[chosen], found[chosen] = np.abs(along), np.isfinite(along)
     near = found & (length < reach)
     doubt[near] = length[near] / reach[near]
     return Hits(places, found, doubt)
 
 
-def _nearest(model: Model, origins: Points, directions: Points) -> ModelFeet:
-    """The hits of lines nearest to their origins, before or behind them."""
-    ahead = model.first_hits(origins, directions)
-    behind = model.first_hits(origins, -directions)
-    first = ahead.lengths <= behind.lengths
-    return ModelFeet(
-        np.where(first[:, None], ahead.points, behind.points),
-        np.where(first, ahead.triangles, behind.triangles),
-        np.where(first, ahead.lengths, -behind.lengths),
-    )
+def find_outermost(model: Surface, origins: Points, directions: Points) -> tuple[Points, Floats]:
+    """Return the last hits (n, 3) of lines along their directions, which may lie behind the
+    origins, and how far along (n,) they are: nan and inf for lines that hit nothing.
+
+    Source: feature curve recovery paper, section 5.1.2; the lengths are its gamma_max.
+    """
+    offsets, hits = model.cast_lines(origins, directions)
+    met = np.diff(offsets) > 0
+    last = offsets[1:][met] - 1
+    points, lengths = np.full((len(met), 3), np.nan), np.full(len(met), np.inf)
+    points[met], lengths[met] = hits.points[last], hits.distances[last]
+    return points, lengths
+
+
+def _find_nearest(model: Surface, origins: Points, directions: Points) -> tuple[Points, Floats]:
+    """Return the hits (n, 3) of lines nearest to their origins, before or behind them, and how far
+    along (n,) they are."""
+    ahead = model.cast_rays(origins, directions)
+    behind = model.cast_rays(origins, -directions)
+    first = ahead.distances <= behind.distances
+    points = np.where(first[:, None], ahead.points, behind.points)
+    return points, np.where(first, ahead.distances, -behind.distances)
 
 
 def map_membrane(membrane: Membrane, features: Points, found: Hits) -> Points:

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration.curvenetwork import (
     DrawnNetwork,
     FeatureNetwork,
@@ -74,7 +74,7 @@ class Registration:
 
 
 def register(
-    model: Model,
+    model: Surface,
     drawn: DrawnNetwork | Mapping[str, Spline],
     template: Template,
     *,

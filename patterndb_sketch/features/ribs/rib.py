@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb._native.features.ribs.polygon import sample_polygon
 from patterndb._native.features.ribs.rib import measure_off_backbone, slice_segments, trace_outline
 from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs.raster import MARGIN
 from patterndb_sketch.features.ribs.slicing import STITCH, find_plane
 
@@ -89,7 +89,7 @@ class Rib:
 
 
 def build_ribs(
-    model: Model,
+    model: Surface,
     origins: ArrayLike,
     tangents: ArrayLike,
     radius: float | None = None,
@@ -129,7 +129,7 @@ def build_ribs(
     if rounds is not None and not 1 <= rounds < MARGIN:
         raise InvalidFeatureError(f"rounds are 1 to {MARGIN - 1}, not {rounds}")
     tolerance = STITCH * model.diagonal
-    parts = (model.corners, model.triangles, model.components, *model.mesh.boxes)
+    parts = (model.corners, model.triangles, model.components, *model.boxes)
     frames = list(starmap(find_plane, zip(begin, along, strict=True)))
     slices = [slice_segments(*parts, place, axes, reach, tolerance) for place, axes in frames]
     met = np.flatnonzero([len(one[0]) > 0 for one in slices])
@@ -146,7 +146,7 @@ def build_ribs(
 
 
 def build_rib(
-    model: Model,
+    model: Surface,
     origin: ArrayLike,
     tangent: ArrayLike,
     radius: float | None = None,
@@ -210,7 +210,7 @@ def _build_rib(
     )
 
 
-def find_signs(model: Model, feet: Points, normals: Points, radius: float) -> NDArray[np.float64]:
+def find_signs(model: Surface, feet: Points, normals: Points, radius: float) -> NDArray[np.float64]:
     """(m,) +1 or -1: the signs that make normals (m, 3) at feet (m, 3), on the surface and in the
     order of a curve, point out.
 
@@ -234,7 +234,7 @@ def find_signs(model: Model, feet: Points, normals: Points, radius: float) -> ND
     ways = spread_directions(DIRECTIONS)
     votes = np.einsum("pd,dc,pc->p", seen.astype(np.float64), ways, normals[asked])
     total = np.bincount(run[asked], votes * relative[asked], run[-1] + 1)
-    middle = 0.5 * (model.points.min(axis=0) + model.points.max(axis=0))
+    middle = 0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))
     away = np.einsum("ij,ij->i", feet - middle, normals) * relative
     fallback = np.bincount(run, weights=away)
     count = np.bincount(run[asked], minlength=len(total))
@@ -251,13 +251,13 @@ def _probes(run: NDArray[np.int64], m: int) -> NDArray[np.int64]:
     return np.unique(np.r_[even, (first + last - 1) // 2])
 
 
-def _seen(model: Model, feet: Points, radius: float) -> NDArray[np.bool_]:
+def _seen(model: Surface, feet: Points, radius: float) -> NDArray[np.bool_]:
     """(p, DIRECTIONS) are points seen from afar?"""
     ways = spread_directions(DIRECTIONS)
     far = 2.0 * model.diagonal
     origins = (feet[:, None] + far * ways).reshape(-1, 3)
     rays = np.tile(-ways, (len(feet), 1))
-    lengths = model.first_hits(origins, rays).lengths
+    lengths = model.cast_rays(origins, rays).distances
     return (lengths > far - SUNK * radius).reshape(len(feet), DIRECTIONS)
 
 

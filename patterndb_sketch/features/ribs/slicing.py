@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from patterndb._native.features.ribs.slicing import cut_edges, join_edges, set_axes
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.geometry.points import Bools, Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 
 #: Ends this close, as a share of the model's diagonal, are stitched, and points of a segment this
 #: close are one. Coordinates in files have some seven digits.
@@ -44,7 +44,7 @@ class Slice:
 
 
 def slice_model(
-    model: Model, origin: ArrayLike, normal: ArrayLike, radius: float | None = None
+    model: Surface, origin: ArrayLike, normal: ArrayLike, radius: float | None = None
 ) -> Slice:
     """The edges in which a plane through ``origin`` (3,) across ``normal`` (3,) meets the model.
 
@@ -60,7 +60,7 @@ def slice_model(
     if not (math.isfinite(reach) and reach > 0.0):
         raise InvalidFeatureError(f"the radius of a rib is {reach}; give a length above 0")
     ends, keys, parts = cut_edges(
-        model.corners, model.triangles, model.components, *model.mesh.boxes, place, axes, reach
+        model.corners, model.triangles, model.components, *model.boxes, place, axes, reach
     )
     return Slice(place, axes, ends, keys, parts)
 

@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.draft.tracing import (
     trace_lines,
 )
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import trace_geodesic
+from patterndb_sketch.retopo.tracing import trace_geodesic
 
 #: Separatrices are followed so far, in diagonals.
 LONGEST = 0.35

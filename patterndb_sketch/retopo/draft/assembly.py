@@ -14,8 +14,8 @@ from itertools import pairwise
 import numpy as np
 
 from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     Chain,
     HalfChain,
@@ -30,6 +30,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.faces import SurfaceParts, find_joined_chains
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tracing.curves import project_near
 from patterndb_sketch.retopo.wording import format_place
 
 
@@ -118,7 +119,7 @@ class NetworkBuilder:
     def __init__(
         self,
         network: Network,
-        surface: Ground,
+        surface: Surface,
         sizes: Sizes,
         lines: list[DraftLine],
         joining: float,
@@ -195,7 +196,7 @@ class NetworkBuilder:
     def _add_junction(self, key: Key, point: Points, normal: Points, through: bool = False) -> None:
         if key in self.junctions:
             return
-        there = self.surface.project_near(point, units(normal), self.sizes)
+        there = project_near(self.surface, point, units(normal), self.sizes)
         self.junctions[key] = _Junction(there.points[0], there.normals[0], through)
 
     def _cut_walls(self) -> None:
@@ -288,13 +289,13 @@ class NetworkBuilder:
         parts = max(2, math.ceil((high - low) / self.sizes.sampling))
         at = np.linspace(low, high, parts + 1)
         points, normals = interpolate_line(line.points, line.normals, line.along, at)
-        there = self.surface.project_near(points, normals, self.sizes)
+        there = project_near(self.surface, points, normals, self.sizes)
         begin, end = self.junctions[one], self.junctions[two]
         share = np.linspace(0.0, 1.0, parts + 1)[:, None]
         shift = (1.0 - share) * (begin.point - there.points[0])
         shift = shift + share * (end.point - there.points[-1])
         if np.abs(shift).max() > 1e-9 * self.surface.diagonal:
-            there = self.surface.project_near(there.points + shift, there.normals, self.sizes)
+            there = project_near(self.surface, there.points + shift, there.normals, self.sizes)
         points, normals = there.points.copy(), there.normals.copy()
         points[0], normals[0] = begin.point, begin.normal
         points[-1], normals[-1] = end.point, end.normal
@@ -429,7 +430,7 @@ def interpolate_line(
     return at, units(up)
 
 
-def is_cellular(network: Network, surface: Ground) -> bool:
+def is_cellular(network: Network, surface: Surface) -> bool:
     """Is every region of the surface a disk: one network on each part, which goes round all its
     handles?"""
     whole = SurfaceParts.of(surface)

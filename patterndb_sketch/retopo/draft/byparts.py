@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import Surface
 from patterndb.system.progress import report_progress
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
 from patterndb_sketch.retopo.draft.checking import LEAST_EDGE, LaceError
@@ -34,7 +35,6 @@ from patterndb_sketch.retopo.filling import (
     fill_network,
     filling_of,
 )
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, set_choice
 from patterndb_sketch.retopo.network.faces import SurfaceParts, find_joined_chains
 from patterndb_sketch.retopo.symmetry import Half
@@ -113,7 +113,7 @@ def _propose_all(
     notes: list[str] = []
     alone: dict[int, PlacedPatch] = {}
     done, creased = 0.0, True
-    total = float(surface.surface.areas.sum())
+    total = float(surface.areas.sum())
     own = share_chains(network, surface, parts, task.sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
     next_id = network.next_id
@@ -170,7 +170,7 @@ def _propose_all(
 
 def fill_as_placed(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     edge: float,
     placed: Mapping[int, PlacedPatch],
@@ -197,7 +197,7 @@ def fill_as_placed(
 
 
 def _may_be_covered(
-    made: ProposedDraft, part: Ground, half: Half | None, surface: Ground, own: NDArray[np.bool_]
+    made: ProposedDraft, part: Surface, half: Half | None, surface: Surface, own: NDArray[np.bool_]
 ) -> bool:
     """Is all that is wrong with a draft of a part that it is off, where other parts are near?
     Then the draft of all may be near enough."""
@@ -308,8 +308,8 @@ def _propose_by_edges(
 
 
 def _list_parts(
-    surface: Ground, parts: SurfaceParts, half: Half | None
-) -> Iterator[tuple[Ground, Half | None]]:
+    surface: Surface, parts: SurfaceParts, half: Half | None
+) -> Iterator[tuple[Surface, Half | None]]:
     """Every part as a surface, and as a half of the parts that it is of, if the surface is one."""
     whole = None if half is None else SurfaceParts.of(half.whole)
     for k in range(parts.parts):
@@ -324,35 +324,34 @@ def _list_parts(
         images = half.plane.mirror(own), half.plane.mirror_directions(up)
         near: set[int] = set()
         for at, facing in ((own, up), images):
-            feet = half.whole.nearest_facing(at, facing).feet
+            feet = half.whole.nearest_facing(at, facing)
             # What is on one side alone has no image, and is near to nothing beyond.
             there = np.linalg.norm(feet.points - at, axis=1) <= MOST_OFF * surface.diagonal
             if there.any():
                 near.add(int(np.bincount(whole.part[feet.triangles[there]]).argmax()))
         both, _ = take_triangles(half.whole, np.isin(whole.part, sorted(near)))
         on = np.zeros(len(part.vertices), np.bool_)
-        on[part.vertex] = half.on[vertices]
+        on[part.repairs.vertex] = half.on[vertices]
         yield part, replace(half, surface=part, whole=both, on=on)
 
 
 def take_triangles(
-    surface: Ground, which: NDArray[np.bool_]
-) -> tuple[Ground, NDArray[np.signedinteger]]:
+    surface: Surface, which: NDArray[np.bool_]
+) -> tuple[Surface, NDArray[np.signedinteger]]:
     """A surface of some triangles (t,) of a surface, with its normals and its diagonal, which all
     sizes are parts of; and the vertices (v,) of the surface that its own are of."""
     vertices, corners = np.unique(surface.triangles[which], return_inverse=True)
-    part = Ground.of(surface.vertices[vertices], corners.reshape(-1, 3))
+    part = Surface.from_arrays(surface.vertices[vertices], corners.reshape(-1, 3)).orient()
     normals = np.empty_like(part.normals)
-    normals[part.vertex] = surface.normals[vertices]
-    changed = replace(part.surface, normals=normals)
-    return replace(part, surface=changed, diagonal=surface.diagonal), vertices
+    normals[part.repairs.vertex] = surface.normals[vertices]
+    return part.inherit(normals, surface.diagonal), vertices
 
 
 def share_chains(
-    network: Network, surface: Ground, parts: SurfaceParts, sampling: float
+    network: Network, surface: Surface, parts: SurfaceParts, sampling: float
 ) -> dict[int, int]:
     """The part of every chain of a network of borders and seams; chains that meet are of one."""
-    border = surface.topology.border
+    border = surface.adjacency.border
     tail = surface.vertices[surface.triangles.ravel()[border]]
     head = surface.vertices[surface.triangles[border // 3, (border % 3 + 1) % 3]]
     if not len(border):

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.wording import format_place, round_down
 
 #: Least length of a loop around a handle, or through one, in target edges: three quads close
@@ -49,9 +49,9 @@ def refuse_laces(mesh: FieldMesh, edge: float, diagonal: float) -> None:
         )
 
 
-def check_surface(surface: Ground) -> None:
+def check_surface(surface: Surface) -> None:
     """Raise RefusedError, with the place, for a surface on which no field can lie."""
-    topology, triangles = surface.topology, surface.triangles
+    topology, triangles = surface.adjacency, surface.triangles
     uses = np.diff(topology.side_start)
     shared = np.flatnonzero(uses > 2)
     if len(shared):

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.sharpedges import (
     Edge,
@@ -25,7 +26,6 @@ from patterndb_sketch.retopo.draft.sharpedges import (
     find_sharp_edges,
     list_chains,
 )
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     Chain,
     HalfChain,
@@ -65,19 +65,19 @@ class Creases:
     clipped: Points
 
 
-def find_creases(surface: Ground, edge: float, rule: SharpRule) -> frozenset[Edge]:
+def find_creases(surface: Surface, edge: float, rule: SharpRule) -> frozenset[Edge]:
     """Find the sharp edges that quads of a target edge length can keep; none where all is rough."""
     edges = find_sharp_edges(surface, edge, rule)
     if rule.filtered and edges:
         ends = surface.vertices[np.array(sorted(edges))]
         length = float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
-        if length * edge > CROWDED * float(surface.surface.areas.sum()):
+        if length * edge > CROWDED * float(surface.areas.sum()):
             return frozenset()
     return edges
 
 
 def add_creases(
-    network: Network, surface: Ground, sizes: Sizes, rule: SharpRule, *, closed: bool = False
+    network: Network, surface: Surface, sizes: Sizes, rule: SharpRule, *, closed: bool = False
 ) -> Creases | None:
     """Add chains along all creases of the surface; return None where it has none.
 
@@ -97,7 +97,7 @@ def add_creases(
 
 
 def _keep_clear(
-    network: Network, surface: Ground, edges: frozenset[Edge], clearance: float
+    network: Network, surface: Surface, edges: frozenset[Edge], clearance: float
 ) -> tuple[frozenset[Edge], Points]:
     """Leave out the edges that come near to a drawn curve; also return where those are."""
     drawn = [chain.points for chain in network.chains.values() if not chain.marked]
@@ -142,7 +142,7 @@ def _interpolate(line: Points, along: Floats, place: Floats, closed: bool) -> Po
 class _CreaseBuilder:
     """The steps of :func:`add_creases` that change the network."""
 
-    def __init__(self, network: Network, surface: Ground, sizes: Sizes) -> None:
+    def __init__(self, network: Network, surface: Surface, sizes: Sizes) -> None:
         self.opened = OpenNetwork(network, surface)
         self.surface = surface
         self.sizes = sizes
@@ -218,7 +218,7 @@ class _CreaseBuilder:
         return replace(node, ends=(*before, *ends, *after), flagged=flags)
 
 
-def _sample_path(surface: Ground, path: list[int], sampling: float) -> tuple[Points, Points]:
+def _sample_path(surface: Surface, path: list[int], sampling: float) -> tuple[Points, Points]:
     """Return points and normals along a path of vertices, each of which is one of them."""
     at, up = surface.vertices[path], surface.normals[path]
     steps = np.maximum(np.ceil(np.linalg.norm(np.diff(at, axis=0), axis=1) / sampling), 1)

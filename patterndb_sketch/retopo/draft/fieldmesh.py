@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, units
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class FieldMesh:
     flat:    (t, 3, 2) float64, the corners in the triangle's frame; the first is at 0.
     """
 
-    surface: Ground
+    surface: Surface
     x: Points
     y: Points
     normal: Points
@@ -37,7 +37,7 @@ class FieldMesh:
     flat: Floats
 
     @classmethod
-    def of(cls, surface: Ground) -> FieldMesh:
+    def of(cls, surface: Surface) -> FieldMesh:
         """Of a surface that is manifold and all turned alike."""
         corner = surface.vertices[surface.triangles]
         edge = np.roll(corner, -1, axis=1) - corner
@@ -45,7 +45,7 @@ class FieldMesh:
         x = units(edge[:, 0])
         y = np.cross(normal, x)
         side = np.arctan2(np.einsum("tec,tc->te", edge, y), np.einsum("tec,tc->te", edge, x))
-        across = surface.topology.across
+        across = surface.adjacency.across
         turn = np.where(across >= 0, side.ravel()[across] + np.pi - side.ravel(), 0.0)
         back = -np.roll(edge, 1, axis=1)
         angle = np.arctan2(
@@ -68,13 +68,13 @@ class FieldMesh:
     @property
     def across(self) -> Int32Array:
         """(3t,) int32, the side beyond each, -1 at borders."""
-        return self.surface.topology.across
+        return self.surface.adjacency.across
 
     @cached_property
     def euler(self) -> int:
         """V - E + F."""
         used = len(np.unique(self.triangles))
-        return used - len(self.surface.topology.ends) + len(self.triangles)
+        return used - len(self.surface.adjacency.ends) + len(self.triangles)
 
     @cached_property
     def inner(self) -> NDArray[np.intp]:
@@ -85,7 +85,7 @@ class FieldMesh:
     def on_border(self) -> NDArray[np.bool_]:
         """(v,) bool, vertices of borders."""
         found = np.zeros(len(self.vertices), np.bool_)
-        border = self.surface.topology.border
+        border = self.surface.adjacency.border
         found[self.triangles.ravel()[border]] = True
         found[self.triangles[border // 3, (border % 3 + 1) % 3]] = True
         return found
@@ -96,14 +96,14 @@ class FieldMesh:
         found = np.full(len(self.vertices), -1, np.int32)
         sides = np.arange(3 * len(self.triangles), dtype=np.int32)[::-1]
         found[self.triangles.ravel()[sides]] = sides
-        border = self.surface.topology.border
+        border = self.surface.adjacency.border
         found[self.triangles.ravel()[border]] = border
         return found
 
     @cached_property
     def edge_graph(self) -> csr_array:
         """(v, v) lengths of edges."""
-        ends = self.surface.topology.ends
+        ends = self.surface.adjacency.ends
         length = np.linalg.norm(self.vertices[ends[:, 0]] - self.vertices[ends[:, 1]], axis=1)
         n = len(self.vertices)
         rows, columns = np.concatenate([ends, ends[:, ::-1]]).T

@@ -32,10 +32,10 @@ from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.placing import name_border_vertices
 from patterndb_sketch.retopo.filling.report import cut_quads
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Node, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
+from patterndb_sketch.retopo.tracing.curves import project_near
 from query.placing.laplace import HeldQuads
 from query.placing.untangle import UNMOVED, Mended, MendOptions, mend
 
@@ -78,7 +78,7 @@ MOST_AT_ONCE, AROUND = 2000, 8
 
 def fit_quads(
     found: FilledNetwork,
-    surface: Ground,
+    surface: Surface,
     samples: Points,
     sizes: Sizes,
     laid: Collection[int],
@@ -139,7 +139,7 @@ class _Fit:
     def __init__(
         self,
         found: FilledNetwork,
-        surface: Ground,
+        surface: Surface,
         samples: Points,
         sizes: Sizes,
         laid: frozenset[int],
@@ -267,12 +267,12 @@ class _Fit:
     def _measure(self, points: Points) -> _FarPoints:
         """Of points (n, 3) of the surface those that are not near to the quads."""
         cover = Surface.from_arrays(self.at, cut_quads(self.at, self.mesh.quads))
-        triangle, weights = cover.located(points)
-        corners = cover.triangles[triangle]
-        away = points - np.einsum("ne,nec->nc", weights, self.at[corners])
+        feet = cover.nearest(points)
+        corners = cover.triangles[feet.triangles]
+        away = points - feet.points
         size = np.linalg.norm(away, axis=1)
         far = size > NEAR * self.within
-        return _FarPoints(points[far], corners[far], weights[far], away[far], size[far])
+        return _FarPoints(points[far], corners[far], feet.weights[far], away[far], size[far])
 
     def _step(self, far: _FarPoints) -> None:
         """One round."""
@@ -384,7 +384,7 @@ class _Fit:
         points = np.asarray(CubicSpline(np.arange(len(along)), corners, bc_type="natural")(place))
         number = np.arange(len(along))
         normals = units(np.stack([np.interp(place, number, up[:, c]) for c in range(3)], axis=1))
-        there = self.surface.project_near(points, normals, self.sizes)
+        there = project_near(self.surface, points, normals, self.sizes)
         points, normals = there.points.copy(), there.normals.copy()
         for k, node in zip((0, -1), ends, strict=True):
             points[k], normals[k] = node.point, node.normal
@@ -408,7 +408,7 @@ def _link_neighbours(mesh: RetopoMesh) -> csr_array:
     return coo_array((np.ones(pairs.shape[1]), tuple(pairs)), (n, n)).tocsr()
 
 
-def sample_surface(surface: Ground, spacing: float) -> Points:
+def sample_surface(surface: Surface, spacing: float) -> Points:
     """(n, 3) points all over a surface, about so far apart, its vertices among them."""
     corners = surface.vertices[surface.triangles]
     longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
@@ -421,7 +421,7 @@ def sample_surface(surface: Ground, spacing: float) -> Points:
     return np.concatenate(found)
 
 
-def sample_both_sides(surface: Ground, half: Half | None, edge: float) -> Points:
+def sample_both_sides(surface: Surface, half: Half | None, edge: float) -> Points:
     """(n, 3) points of the surface that quads are fitted to; of a half, with the images of those
     beyond the plane: no surface is symmetric to the last hair."""
     if half is None:

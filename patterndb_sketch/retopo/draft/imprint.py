@@ -20,10 +20,10 @@ from scipy.spatial import KDTree
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.remesh import remesh_parts
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, HalfChain, Network
 from patterndb_sketch.retopo.wording import format_place
 
@@ -61,7 +61,7 @@ def cut_along_curves(
 
 
 def cut_along_creases(
-    network: Network, surface: Ground, half: Mapping[tuple[int, int], HalfChain], edge: float
+    network: Network, surface: Surface, half: Mapping[tuple[int, int], HalfChain], edge: float
 ) -> FieldMesh:
     """Return a surface cut open exactly along creases, remeshed.
 
@@ -186,7 +186,7 @@ class _Paths:
         name[vertices] = np.arange(len(vertices))
         if name[piece.start] < 0 or name[piece.end] < 0:
             return []
-        ends = mesh.surface.topology.ends
+        ends = mesh.surface.adjacency.ends
         ends = ends[(name[ends] >= 0).all(axis=1)]
         used = np.array([(a, b) in self.half for a, b in ends.tolist()], np.bool_)
         ends = ends[~used]
@@ -265,11 +265,11 @@ def _part_lips(
     return np.where(chosen[:, None], moved, points)
 
 
-def _remesh(points: Points, triangles: Int32Array, edge: float) -> Ground:
+def _remesh(points: Points, triangles: Int32Array, edge: float) -> Surface:
     used, named = np.unique(triangles, return_inverse=True)
     try:
-        cut = Ground.of(points[used], named.reshape(-1, 3).astype(np.int32))
-        return Ground.of(*remesh_parts(cut, edge))
+        cut = Surface.from_arrays(points[used], named.reshape(-1, 3).astype(np.int32)).orient()
+        return Surface.from_arrays(*remesh_parts(cut, edge)).orient()
     except InvalidMeshError as error:
         place = format_place(points[used].mean(axis=0))
         raise RefusedError(

@@ -16,7 +16,6 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.report import Report, cut_quads, hausdorff, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.symmetry import Half, mirror_mesh
 from patterndb_sketch.retopo.wording import count_places, format_place
 
@@ -32,12 +31,12 @@ class DraftJudge:
     """Judges the mesh of a draft on a surface. half: that the surface is, if it is one. most_off:
     how far off it may be, in diagonals."""
 
-    surface: Ground
+    surface: Surface
     half: Half | None
     most_off: float = MOST_OFF
 
     @property
-    def whole(self) -> Ground:
+    def whole(self) -> Surface:
         """What the mesh is measured against."""
         return self.surface if self.half is None else self.half.whole
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.counts.rules import sum_costs
 from patterndb_sketch.retopo.draft.arcs import cut_segments, find_arcs
 from patterndb_sketch.retopo.draft.assembly import (
@@ -45,7 +46,6 @@ from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import choose_counts
 from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import format_place
@@ -76,7 +76,7 @@ EDGES_A_QUAD = 4.0
 
 def draft_network(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     setting: DraftSetting,
     field: CrossField,
@@ -162,7 +162,7 @@ class _LaidField:
 
 def _lay_field(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     field: CrossField,
     walls: Walls,

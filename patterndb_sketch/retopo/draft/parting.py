@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 
 #: A fan's new vertex lies inward from where the fans touch by this part of its edges: more than
@@ -32,11 +32,11 @@ MOST_ROUNDS = 4
 class PartedSurface:
     """surface: with the same triangles. touching: (k,) int32, vertices where fans had met."""
 
-    surface: Ground
+    surface: Surface
     touching: Int32Array
 
 
-def part_touching(surface: Ground) -> PartedSurface:
+def part_touching(surface: Surface) -> PartedSurface:
     """The surface with a vertex for each fan of triangles; itself, where no fans touch.
 
     Raises RefusedError, with the place, where what is parted has one side only: sheets that were
@@ -49,13 +49,13 @@ def part_touching(surface: Ground) -> PartedSurface:
         raise RefusedError(f"no draft: where parts of it touch, {error}") from error
     if again is parted.surface:
         return parted
-    crowded = np.flatnonzero(np.diff(parted.surface.topology.side_start) > 2)
-    ends = np.unique(parted.surface.topology.ends[crowded].ravel())
+    crowded = np.flatnonzero(np.diff(parted.surface.adjacency.side_start) > 2)
+    ends = np.unique(parted.surface.adjacency.ends[crowded].ravel())
     ends = ends[ends < len(surface.vertices)]
     return PartedSurface(again, np.union1d(parted.touching, ends).astype(np.int32))
 
 
-def _part_fans(surface: Ground) -> PartedSurface:
+def _part_fans(surface: Surface) -> PartedSurface:
     """The same, for all but edges both of whose ends have their triangles in one fan."""
     corner = surface.triangles.ravel().astype(np.int64)
     fan = SurfaceParts.of(surface).fan
@@ -76,15 +76,17 @@ def _part_fans(surface: Ground) -> PartedSurface:
                 continue
             triangles[mine] = len(vertices) + len(more)
             more.append(inward)
-    parted = Ground.of(np.concatenate([vertices, more]), triangles.reshape(-1, 3))
+    parted = Surface.from_arrays(
+        np.concatenate([vertices, more]), triangles.reshape(-1, 3)
+    ).orient()
     return PartedSurface(parted, touching)
 
 
-def _divide_crowded(surface: Ground) -> Ground:
+def _divide_crowded(surface: Surface) -> Surface:
     """The surface with a middle for each pair of triangles at edges of more than two whose ends are
     in one fan; itself, where there are none. Triangles with several such edges take rounds."""
     for _ in range(MOST_ROUNDS):
-        topology = surface.topology
+        topology = surface.adjacency
         crowded = np.flatnonzero(np.diff(topology.side_start) > 2)
         triangles, vertices = surface.triangles.tolist(), surface.vertices.tolist()
         changed: set[int] = set()
@@ -110,11 +112,11 @@ def _divide_crowded(surface: Ground) -> Ground:
                 triangles.append([middle[pair], b, c])
         if not changed:
             return surface
-        surface = Ground.of(np.array(vertices), np.array(triangles, np.int32))
+        surface = Surface.from_arrays(np.array(vertices), np.array(triangles, np.int32)).orient()
     return surface
 
 
-def _find_middle(surface: Ground, corners: NDArray[np.intp]) -> Points:
+def _find_middle(surface: Surface, corners: NDArray[np.intp]) -> Points:
     """(3,) the middle of what is opposite these corners."""
     triangle, e = corners // 3, corners % 3
     opposite = surface.triangles[triangle[:, None], (e[:, None] + [1, 2]) % 3]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
 from patterndb_sketch.retopo.draft.checking import check_surface, refuse_laces
 from patterndb_sketch.retopo.draft.creases import add_creases
@@ -38,7 +39,6 @@ from patterndb_sketch.retopo.filling import (
     has_suitable_fill,
 )
 from patterndb_sketch.retopo.filling.report import Report
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places, format_place
@@ -236,7 +236,7 @@ def _make_draft(
     return made
 
 
-def _fill_rest(found: FilledNetwork, surface: Ground, source: PatternSource) -> FilledNetwork:
+def _fill_rest(found: FilledNetwork, surface: Surface, source: PatternSource) -> FilledNetwork:
     """Fill patches that are refused quads where these are placed one by one: all are fitted."""
     network, placed = found.network, dict(found.placed)
     for number in sorted(network.patches.keys() - placed.keys()):
@@ -269,12 +269,12 @@ def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
         creases = add_creases(network, surface, sizes, task.goal.sharp, closed=task.goal.closed)
     notes: tuple[str, ...] = ()
     if creases is None:
-        even = Ground.of(*remesh_parts(surface, fine))
-        crowded = np.flatnonzero(np.diff(even.topology.side_start) > 2)
+        even = Surface.from_arrays(*remesh_parts(surface, fine)).orient()
+        crowded = np.flatnonzero(np.diff(even.adjacency.side_start) > 2)
         if len(crowded):
             raise RefusedError(
                 "no draft: triangles of even edges would lie on top of each other at "
-                f"{format_place(even.topology.middles[crowded[0]])}: the surface is folded there, "
+                f"{format_place(even.adjacency.middles[crowded[0]])}: the surface is folded there, "
                 "or has needles; mend it, or draw by hand"
             )
         mesh = FieldMesh.of(even)

@@ -26,7 +26,6 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.filling.report import cut_quads
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
@@ -48,7 +47,7 @@ def claim_curves(before: Network, after: Network) -> Network:
 def refit_quads(
     before: Network,
     after: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     sizes: Sizes,
     sample: Callable[[], Points],
@@ -105,6 +104,6 @@ def _list_near(found: FilledNetwork, due: set[int], samples: Points) -> Points:
     mesh = weld_fills(found)
     triangles = cut_quads(mesh.vertices, mesh.quads)
     cover = Surface.from_arrays(mesh.vertices, triangles)
-    nearest, _ = cover.located(samples)
+    nearest = cover.nearest(samples).triangles
     quad = np.arange(len(triangles)) % len(mesh.quads)
     return samples[np.isin(mesh.patch[quad[nearest]], sorted(due))]

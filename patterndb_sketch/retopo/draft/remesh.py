@@ -19,7 +19,7 @@ from patterndb._native.retopo.draft.remesh import (
 )
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 
 #: Rounds of splitting, collapsing, flipping and moving. Source: Botsch and Kobbelt 2004 take five.
@@ -45,11 +45,11 @@ MOST_SMALL, LEAST_SHARE = 1000, 0.15
 EQUILATERAL = np.sqrt(3.0) / 4.0
 
 
-def remesh_parts(surface: Ground, edge: float) -> tuple[Points, Int32Array]:
+def remesh_parts(surface: Surface, edge: float) -> tuple[Points, Int32Array]:
     """(v, 3) vertices and (t, 3) triangles as of :func:`remesh_evenly`, but finer on each part that
     is small or thin against the edge."""
     found = SurfaceParts.of(surface)
-    areas = np.bincount(found.part, surface.surface.areas, found.parts)
+    areas = np.bincount(found.part, surface.areas, found.parts)
     corner = surface.vertices[surface.triangles]
     low, high = np.full((found.parts, 3), np.inf), np.full((found.parts, 3), -np.inf)
     np.minimum.at(low, found.part, corner.min(axis=1))
@@ -66,21 +66,23 @@ def remesh_parts(surface: Ground, edge: float) -> tuple[Points, Int32Array]:
     pieces = [(large, edge)] if large.any() else []
     pieces += [(found.part == k, float(finest[k])) for k in np.flatnonzero(small).tolist()]
     for which, size in pieces:
-        at, corners = remesh_evenly(Ground.of(surface.vertices, surface.triangles[which]), size)
+        at, corners = remesh_evenly(
+            Surface.from_arrays(surface.vertices, surface.triangles[which]).orient(), size
+        )
         points.append(at)
         triangles.append(corners + n)
         n += len(at)
     return np.concatenate(points), np.concatenate(triangles).astype(np.int32)
 
 
-def remesh_evenly(surface: Ground, edge: float) -> tuple[Points, Int32Array]:
+def remesh_evenly(surface: Surface, edge: float) -> tuple[Points, Int32Array]:
     """(v, 3) vertices on a manifold surface, all turned alike, and (t, 3) triangles of this edge.
 
     The surface's handles and borders are kept: an edge whose collapse would close a tunnel stays,
     whatever its length.
     """
     points, triangles = surface.vertices.copy(), surface.triangles.copy()
-    twin = surface.topology.across.copy()
+    twin = surface.adjacency.across.copy()
     for _ in range(ROUNDS):
         points, triangles, twin = split_long(points, triangles, twin, LONG * edge)
         alive = collapse_short(points, triangles, twin, SHORT * edge, LONG * edge)

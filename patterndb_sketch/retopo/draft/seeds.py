@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.crossfield import CrossField
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 
@@ -34,7 +34,7 @@ class RegularParts:
     longest: NDArray[np.float64]
 
     @classmethod
-    def of(cls, field: CrossField, surface: Ground) -> RegularParts:
+    def of(cls, field: CrossField, surface: Surface) -> RegularParts:
         parts = SurfaceParts.of(surface)
         part = parts.part[surface.nearest(field.mesh.vertices).triangles]
         longest = np.empty(parts.parts)
@@ -45,7 +45,7 @@ class RegularParts:
         return cls(np.isfinite(longest[part]), parts.part, longest)
 
 
-def has_long_patch(network: Network, surface: Ground, regular: RegularParts) -> bool:
+def has_long_patch(network: Network, surface: Surface, regular: RegularParts) -> bool:
     if not regular.at.any():
         return False
     for patch in network.patches.values():
@@ -131,7 +131,7 @@ def _spread_along_rim(mesh: FieldMesh, own: NDArray[np.bool_]) -> list[int]:
 
 def _list_rims(mesh: FieldMesh) -> list[list[int]]:
     """The vertices around every border."""
-    border = mesh.surface.topology.border
+    border = mesh.surface.adjacency.border
     tail = mesh.triangles.ravel()[border]
     head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
     ahead = {int(a): int(b) for a, b in zip(tail, head, strict=True)}

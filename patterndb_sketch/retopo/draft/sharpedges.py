@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Floats, Points, units
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 
 #: Dihedral angles in degrees: edges above the first are sharp; a crease continues over edges above
 #: the second. Found on nine CAD bodies and ten organic ones.
@@ -70,7 +70,7 @@ class SharpRule:
 AUTOMATIC = SharpRule()
 
 
-def find_sharp_edges(surface: Ground, edge: float, rule: SharpRule = AUTOMATIC) -> frozenset[Edge]:
+def find_sharp_edges(surface: Surface, edge: float, rule: SharpRule = AUTOMATIC) -> frozenset[Edge]:
     """Find the sharp edges of a surface.
 
     edge: target edge length of the quads, in the surface's unit: what is short is noise for them.
@@ -88,17 +88,17 @@ def find_sharp_edges(surface: Ground, edge: float, rule: SharpRule = AUTOMATIC) 
     return frozenset(_drop_short(surface.vertices, sharp, edge, border))
 
 
-def find_border(surface: Ground) -> frozenset[int]:
+def find_border(surface: Surface) -> frozenset[int]:
     """Find the vertices on borders of a surface."""
-    sides = surface.topology.border
+    sides = surface.adjacency.border
     heads = surface.triangles[sides // 3, (sides % 3 + 1) % 3]
     return frozenset(surface.triangles.ravel()[sides].tolist()) | frozenset(heads.tolist())
 
 
-def measure_dihedrals(surface: Ground) -> tuple[NDArray[np.integer], Floats]:
+def measure_dihedrals(surface: Surface) -> tuple[NDArray[np.integer], Floats]:
     """Return (e, 2) the vertices of the inner edges, the lower first, and (e,) their dihedrals in
     degrees."""
-    across = surface.topology.across
+    across = surface.adjacency.across
     side = np.flatnonzero((across >= 0) & (np.arange(len(across)) < across))
     corner = surface.vertices[surface.triangles]
     normal = units(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.judging import MOST_OFF
 from patterndb_sketch.retopo.draft.sharpedges import SharpRule
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
@@ -59,11 +59,11 @@ class DraftGoal:
     closed: bool = False
     strict: bool = False
 
-    def count_quads(self, surface: Ground) -> float | None:
+    def count_quads(self, surface: Surface) -> float | None:
         """Return how many quads a surface is to have, None if no number is wanted."""
-        return None if self.quad is None else float(surface.surface.areas.sum()) / self.quad**2
+        return None if self.quad is None else float(surface.areas.sum()) / self.quad**2
 
-    def allow_off(self, surface: Ground) -> float:
+    def allow_off(self, surface: Surface) -> float:
         """Return how far off a surface quads may be, in its diagonals."""
         if self.quad is None:
             return MOST_OFF
@@ -82,7 +82,7 @@ class DraftTask:
     """
 
     network: Network
-    surface: Ground
+    surface: Surface
     sizes: Sizes
     source: PatternSource
     half: Half | None = None

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from patterndb.errors import PatternDBError
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice, Filling, Flow, pattern_code
 from patterndb_sketch.retopo.filling.edgecounts import side_lengths
@@ -19,7 +20,6 @@ from patterndb_sketch.retopo.filling.placing import (
     place_fill,
     trace_border,
 )
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Patch, set_choice
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
@@ -72,7 +72,7 @@ def rank_fills(
 
 
 def fill_patch(
-    network: Network, surface: Ground, source: PatternSource, patch: int
+    network: Network, surface: Surface, source: PatternSource, patch: int
 ) -> tuple[Network, PlacedPatch]:
     """The network with a fill for a patch that suits its counts, and the fill placed.
 
@@ -109,7 +109,7 @@ def fill_patch(
 
 
 def fill_between(
-    network: Network, surface: Ground, source: PatternSource, patch: int
+    network: Network, surface: Surface, source: PatternSource, patch: int
 ) -> tuple[Network, PlacedPatch]:
     """The network with the first fill of a patch, placed by :func:`place_between`.
 
@@ -189,7 +189,7 @@ def clear_flows(network: Network, patch: int) -> Network:
     return set_choice(network, patch, None)
 
 
-def _place(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
+def _place(network: Network, surface: Surface, patch: Patch) -> PlacedPatch:
     with _refuse_errors(patch):
         return place_fill(network, surface, patch)
 

@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, is_as_given
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.network import FACE, Network, trace_outline
 from patterndb_sketch.retopo.network.faces import SurfaceParts, find_joined_chains
 from query.placing import enclose_region
@@ -27,7 +27,7 @@ from query.placing.region import measure_left
 ON_BORDER = 1e-9
 
 
-def find_patch(network: Network, surface: Ground, point: ArrayLike) -> int:
+def find_patch(network: Network, surface: Surface, point: ArrayLike) -> int:
     """The patch that a point (3,) of the surface is in.
 
     Patches are tried in the order of how near their borders are; the surface within each is
@@ -48,13 +48,13 @@ def find_patch(network: Network, surface: Ground, point: ArrayLike) -> int:
     raise RefusedError("there is no patch here; point into one")
 
 
-def is_within(surface: Ground, border: tuple[Points, Points], foot: SurfacePoints) -> bool:
+def is_within(surface: Surface, border: tuple[Points, Points], foot: SurfacePoints) -> bool:
     """Is a place, one foot, within a patch: on the surface to the left of its border?
 
     border: (n, 3) points and (n, 3) normals, the first not repeated. What is on it is within.
     """
     points, normals = border
-    inside = enclose_region(surface.surface, points)
+    inside = enclose_region(surface, points)
     if not inside.separates:
         return False
     triangle = surface.triangles[foot.triangles[0]]
@@ -71,7 +71,7 @@ def is_within(surface: Ground, border: tuple[Points, Points], foot: SurfacePoint
 
 
 def find_islands(
-    network: Network, surface: Ground, placed: Mapping[int, PlacedPatch]
+    network: Network, surface: Surface, placed: Mapping[int, PlacedPatch]
 ) -> dict[int, int | None]:
     """Placed patches within which others lie, of other parts of the network: for each one of
     those, or None where it is a face that was given. Curves without either are no islands: they
@@ -129,7 +129,7 @@ def find_islands(
     return found
 
 
-def _find_surfaces(network: Network, surface: Ground, part: Mapping[int, int]) -> dict[int, int]:
+def _find_surfaces(network: Network, surface: Surface, part: Mapping[int, int]) -> dict[int, int]:
     """The part of the surface that each part of a network lies on, by most of its points: where
     parts touch, single points may lie on another. part: of each chain."""
     whole = SurfaceParts.of(surface)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts
@@ -19,7 +20,6 @@ from patterndb_sketch.retopo.filling.placing import (
     is_divided_alike,
     name_border_vertices,
 )
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places
@@ -80,7 +80,7 @@ class PlacedCache:
 
 def fill_network(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     edge: float,
     cache: PlacedCache | None = None,

@@ -16,9 +16,9 @@ from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.quadshape import flipped
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import Choice, Filling
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     EVEN,
     SYMMETRY,
@@ -72,7 +72,7 @@ def divide_half_chain(network: Network, half: HalfChain) -> tuple[Points, Points
     return (points[::-1], normals[::-1]) if half & 1 else (points, normals)
 
 
-def lay_border(network: Network, patch: Patch, surface: Ground) -> Points:
+def lay_border(network: Network, patch: Patch, surface: Surface) -> Points:
     """(P, 3) points around a patch, from its first corner on, each on the surface.
 
     Between its samples a chain cuts across the surface's edges; points of it are taken to the
@@ -138,7 +138,7 @@ def is_as_given(patch: Patch) -> bool:
     return choice is not None and len(filling.moved_vertices[0]) == choice.n_vertices
 
 
-def place_fill(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
+def place_fill(network: Network, surface: Surface, patch: Patch) -> PlacedPatch:
     """The quads of a patch, which must have a choice that its counts suit, on the surface.
 
     Differs from the paper: smoothing and projection alternate until nothing moves by more than
@@ -161,7 +161,7 @@ def place_fill(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
         vertices[: choice.perimeter] = lay_border(network, patch, surface)
     else:
         points = lay_border(network, patch, surface)
-        region = enclose_region(surface.surface, points)
+        region = enclose_region(surface, points)
         why = explain_region(surface, region, points)
         if why is not None:
             raise RefusedError(f"patch {patch.id} has no quads: {why}")
@@ -178,7 +178,7 @@ def place_fill(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
     return PlacedPatch(quads, vertices, normals, choice.perimeter, wrong, at_rest)
 
 
-def place_between(network: Network, surface: Ground, patch: Patch) -> PlacedPatch:
+def place_between(network: Network, surface: Surface, patch: Patch) -> PlacedPatch:
     """The quads of a patch, which must have a choice, with its inner vertices between those on its
     border, each projected by itself: without asking whether the patch is a disk of the surface.
 

@@ -18,7 +18,6 @@ from patterndb_sketch.retopo.filling.mesh import (
     find_open_edges,
     weld_fills,
 )
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import HalfChain, Network, walk_face
 
 #: Samples along an edge of a quad, or of a triangle of the surface, for distances.
@@ -52,7 +51,7 @@ class Report:
     from_ground: float
 
 
-def report_mesh(found: FilledNetwork, surface: Ground, mesh: RetopoMesh | None = None) -> Report:
+def report_mesh(found: FilledNetwork, surface: Surface, mesh: RetopoMesh | None = None) -> Report:
     """What the mesh of a filled network is like."""
     mesh = weld_fills(found) if mesh is None else mesh
     corners: dict[int, int] = {}
@@ -116,7 +115,7 @@ def find_open_loops(network: Network) -> list[OpenLoop]:
 def hausdorff(
     vertices: Points,
     quads: np.ndarray,
-    surface: Ground,
+    surface: Surface,
     others: Sequence[Sequence[int]] = (),
 ) -> tuple[float, float]:
     """The greatest distance from quads (q, 4) to the surface, and from the surface to the quads, as

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.opennetwork import End, Free, OpenNetwork
 from patterndb_sketch.retopo.network.structure import BORDER, Network
 
@@ -104,7 +104,7 @@ def set_choice(network: Network, patch: int, choice: Any) -> Network:
     return replace(network, patches={**network.patches, patch: new})
 
 
-def add_borders(network: Network, surface: Ground, sampling: float) -> Network:
+def add_borders(network: Network, surface: Surface, sampling: float) -> Network:
     """The network with every border of the surface as a closed chain, marked beyond it.
 
     sampling: greatest distance of neighbouring samples; the border's vertices are among them.
@@ -127,17 +127,17 @@ def add_borders(network: Network, surface: Ground, sampling: float) -> Network:
     return opened.finish()
 
 
-def trace_borders(surface: Ground) -> list[Int32Array]:
+def trace_borders(surface: Surface) -> list[Int32Array]:
     """(k,) the vertices around every border of the surface, the surface on the left.
 
     At a vertex that several borders pass, each goes on along the triangles that it came by.
     Where neighbouring triangles are turned against each other, the first side tells the left.
     Borders of two sides, which only triangles on top of each other have, are left out.
     """
-    across, triangles = surface.topology.across, surface.triangles
+    across, triangles = surface.adjacency.across, surface.triangles
     seen: set[int] = set()
     loops: list[Int32Array] = []
-    for first in surface.topology.border:
+    for first in surface.adjacency.border:
         if int(first) in seen:
             continue
         side, along = int(first), True

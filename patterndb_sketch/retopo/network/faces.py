@@ -12,7 +12,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int32Array
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Node
 
 
@@ -117,9 +117,9 @@ class SurfaceParts:
     fan: Indices
 
     @classmethod
-    def of(cls, surface: Ground) -> SurfaceParts:
+    def of(cls, surface: Surface) -> SurfaceParts:
         """Of a surface, in linear time."""
-        return cls.of_triangles(surface.triangles, surface.topology.across)
+        return cls.of_triangles(surface.triangles, surface.adjacency.across)
 
     @classmethod
     def of_triangles(cls, triangles: Int32Array, across: Int32Array) -> SurfaceParts:
@@ -158,13 +158,13 @@ def _follow(side: Indices) -> Indices:
     return side - side % 3 + (side + 1) % 3
 
 
-def count_handles(surface: Ground) -> int:
+def count_handles(surface: Surface) -> int:
     """How many handles a surface has, in all its parts; borders count as closed by disks.
 
     Of each part V - E + F = 2 - 2 g. A vertex counts for every fan of triangles around it.
     """
     found = SurfaceParts.of(surface)
-    across = surface.topology.across
+    across = surface.adjacency.across
     border = np.flatnonzero(across < 0)
     ends = found.fan[border], found.fan[_follow(border)]
     _, loop = _group_pairs(found.fans, *ends)

@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 from patterndb._native.retopo.network.flooding import flood
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints
+from patterndb.geometry.surface import Surface, SurfacePoints
 
 #: How often steps of a curve between triangles that do not touch are halved before the curve is
 #: taken to leave the surface there.
@@ -56,7 +56,7 @@ class Wall:
     gaps: tuple[WallGap, ...] = ()
 
     def side_of(
-        self, surface: Ground, triangles: Int32Array
+        self, surface: Surface, triangles: Int32Array
     ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
         """Of (k,) triangles the nearest of the points, and how far to the left of the curve their
         middles are there, as a sine: below 0 to the right."""
@@ -68,7 +68,7 @@ class Wall:
         return sample, np.einsum("nc,nc->n", away, self.lefts[sample])
 
 
-def make_wall(surface: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall:
+def make_wall(surface: Surface, curves: Sequence[tuple[Points, bool]]) -> Wall:
     """Of polylines (n, 3), each with whether it is closed (and does not repeat its first point)."""
     crossed = np.zeros(len(surface.triangles), np.bool_)
     found: list[tuple[Points, Points]] = []
@@ -82,13 +82,13 @@ def make_wall(surface: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall:
     curve = np.repeat(np.arange(len(found), dtype=np.int32), [len(at) for at, _ in found])
     walls = np.flatnonzero(crossed)
     sides = (3 * walls[:, None] + np.arange(3)).ravel()
-    across = surface.topology.across[sides]
+    across = surface.adjacency.across[sides]
     beside = np.unique(across[across >= 0] // 3)
     beside = beside[~crossed[beside]].astype(np.int32)
     return Wall(crossed, points, lefts, curve, beside, tuple(gaps))
 
 
-def find_gap(surface: Ground, wall: Wall, inside: NDArray[np.bool_]) -> WallGap | None:
+def find_gap(surface: Surface, wall: Wall, inside: NDArray[np.bool_]) -> WallGap | None:
     """A gap that the triangles inside (t,) bool touch: there the wall does not hold them."""
     if not wall.gaps:
         return None
@@ -98,7 +98,7 @@ def find_gap(surface: Ground, wall: Wall, inside: NDArray[np.bool_]) -> WallGap 
 
 
 def _cross_triangles(
-    surface: Ground, points: Points, closed: bool, crossed: NDArray[np.bool_]
+    surface: Surface, points: Points, closed: bool, crossed: NDArray[np.bool_]
 ) -> tuple[Points, Points, list[tuple[Int32Array, Points]]]:
     """Mark the triangles that a polyline crosses; its points and directions to the left, and the
     triangles between which, and the points where, it leaves the surface."""
@@ -121,14 +121,14 @@ def _cross_triangles(
     return feet.points, units(np.cross(feet.normals, along)), gaps
 
 
-def find_leaps(surface: Ground, points: Points, closed: bool) -> Points:
+def find_leaps(surface: Surface, points: Points, closed: bool) -> Points:
     """(k, 3) where a polyline (n, 3) leaves the surface for another part of it."""
     line, _, apart = _follow_surface(surface, points, closed)
     return line[apart]
 
 
 def _follow_surface(
-    surface: Ground, points: Points, closed: bool
+    surface: Surface, points: Points, closed: bool
 ) -> tuple[Points, SurfacePoints, NDArray[np.intp]]:
     """A polyline with points so near to each other that neighbours lie on triangles that touch,
     its feet, and the points after which they never do."""
@@ -145,7 +145,7 @@ def _follow_surface(
 
 
 def _compare_neighbours(
-    surface: Ground, feet: SurfacePoints
+    surface: Surface, feet: SurfacePoints
 ) -> tuple[Int32Array, NDArray[np.bool_]]:
     """(n - 1, 3) the corners of the triangle of every foot but the last, and (n - 1, 3) which of
     them the next foot's triangle has, too."""
@@ -154,12 +154,12 @@ def _compare_neighbours(
 
 
 def flood_triangles(
-    surface: Ground, crossed: NDArray[np.bool_], seeds: Int32Array, most: float
+    surface: Surface, crossed: NDArray[np.bool_], seeds: Int32Array, most: float
 ) -> tuple[Int32Array, float] | None:
     """(k,) the triangles around some that no wall parts from them, and their area.
 
     None as soon as the area is more than ``most``: then it costs no more than that.
     """
     at = np.ascontiguousarray(seeds, np.int32)
-    inside, area = flood(surface.topology.across, crossed, surface.surface.areas, at, most)
+    inside, area = flood(surface.adjacency.across, crossed, surface.areas, at, most)
     return None if area > most else (inside, area)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach_chain
 from patterndb_sketch.retopo.network.cutting import (
     Cut,
@@ -78,7 +78,7 @@ class OpenNetwork:
     notes:  what the user should know, in words.
     """
 
-    def __init__(self, network: Network, surface: Ground | None = None) -> None:
+    def __init__(self, network: Network, surface: Surface | None = None) -> None:
         """Begin with a network; surface: what it lies on, if it does not know yet."""
         self.before = network if surface is None else replace(network, surface=surface)
         self.nodes = dict(network.nodes)

@@ -24,8 +24,8 @@ from patterndb._native.retopo.network.patches import sum_areas
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import has_dead_end, walk_face
 from patterndb_sketch.retopo.network.flooding import CLEAR, flood_triangles, make_wall
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Patch
@@ -155,7 +155,7 @@ def is_cap(network: Network, loop: tuple[HalfChain, ...], points: Points, length
     most = ROUNDNESS * length**2 / (4.0 * math.pi)
     # What is crossed counts if its middle is beyond the loop.
     walls = np.flatnonzero(wall.crossed).astype(np.int32)
-    most -= float(surface.surface.areas[walls[wall.side_of(surface, walls)[1] > 0.0]].sum())
+    most -= float(surface.areas[walls[wall.side_of(surface, walls)[1] > 0.0]].sum())
     _, side = wall.side_of(surface, wall.beside)
     found = flood_triangles(surface, wall.crossed, wall.beside[side > CLEAR], most)
     if found is None or len(found[0]) == 0:
@@ -173,17 +173,17 @@ def _is_on_left(side: NDArray[np.float64]) -> bool:
     return int((side > CLEAR).sum()) >= LEFT * int((side < -CLEAR).sum())
 
 
-def _is_disk(surface: Ground, inside: NDArray[np.bool_]) -> bool:
+def _is_disk(surface: Surface, inside: NDArray[np.bool_]) -> bool:
     """Euler's formula: V - E + F = 1 of a disk; 0 where there is a hole in it, or a handle."""
     triangles = surface.triangles[inside]
-    edges = surface.topology.edges.reshape(-1, 3)[inside]
+    edges = surface.adjacency.edges.reshape(-1, 3)[inside]
     return len(np.unique(triangles)) - len(np.unique(edges)) + len(triangles) == 1
 
 
 def _has_curve_within(
     network: Network,
     own: set[int],
-    surface: Ground,
+    surface: Surface,
     found: Int32Array,
     inside: NDArray[np.bool_],
 ) -> bool:

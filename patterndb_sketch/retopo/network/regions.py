@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 from patterndb_sketch.retopo.network.flooding import CLEAR, flood_triangles, make_wall
 from patterndb_sketch.retopo.wording import format_place
@@ -22,14 +22,14 @@ from query.placing.region import find_void
 MOST_POINTS = 128
 
 
-def explain_no_disk(surface: Ground, points: Points) -> str | None:
+def explain_no_disk(surface: Surface, points: Points) -> str | None:
     """Why a closed polyline (n, 3) goes around no disk of the surface, as a sentence's part that
     names the place and how to mend it; None if it does."""
     some = np.ascontiguousarray(points[:: -(-len(points) // MOST_POINTS)])
-    return explain_region(surface, enclose_region(surface.surface, some), some)
+    return explain_region(surface, enclose_region(surface, some), some)
 
 
-def explain_region(surface: Ground, region: Region, points: Points) -> str | None:
+def explain_region(surface: Surface, region: Region, points: Points) -> str | None:
     """As :func:`explain_no_disk`, of the region that was found by the points.
 
     None, too, where these leave the surface, or come nearer to each other than its triangles are
@@ -42,9 +42,9 @@ def explain_region(surface: Ground, region: Region, points: Points) -> str | Non
             f"the loop around it at {format_place(points[0])} parts no piece from the surface, but "
             "goes round a handle, or an opening; lead a curve across what is to be filled"
         )
-    topology = surface.topology
+    topology = surface.adjacency
     open_ones = np.diff(topology.side_start)[topology.edges[topology.border]] == 1
-    void = find_void(region, surface.surface, topology.border[open_ones], points)
+    void = find_void(region, surface, topology.border[open_ones], points)
     if void is not None:
         return (
             f"a border of the surface lies within it, at {format_place(void)}, joined to none of "
@@ -65,7 +65,7 @@ def explain_region(surface: Ground, region: Region, points: Points) -> str | Non
 ALIKE = 3
 
 
-def _is_one_piece(surface: Ground, points: Points) -> bool:
+def _is_one_piece(surface: Surface, points: Points) -> bool:
     """Is what lies on the left of a loop (n, 3) certainly one piece with what lies on its right?"""
     wall = make_wall(surface, [(points, True)])
     _, side = wall.side_of(surface, wall.beside)
@@ -78,10 +78,10 @@ def _is_one_piece(surface: Ground, points: Points) -> bool:
     return max(left, right) <= ALIKE * min(left, right)
 
 
-def _count_least_euler(surface: Ground, inside: NDArray[np.bool_]) -> int:
+def _count_least_euler(surface: Surface, inside: NDArray[np.bool_]) -> int:
     """The least Euler characteristic of the pieces that some triangles (t,) make."""
     name = np.cumsum(inside, dtype=np.int32) - 1
-    across = surface.topology.across.reshape(-1, 3)[inside].ravel()
+    across = surface.adjacency.across.reshape(-1, 3)[inside].ravel()
     face, side = across // 3, across % 3
     met = (across >= 0) & inside[face]
     own: Int32Array = np.where(met, 3 * name[face] + side, -1).astype(np.int32)

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.density import EVEN, Density
 
 HalfChain = int
@@ -201,7 +201,7 @@ class Network:
     patches: Mapping[int, Patch] = field(default_factory=dict)
     next_id: int = 0
     longest: float = math.inf
-    surface: Ground | None = field(default=None, repr=False)
+    surface: Surface | None = field(default=None, repr=False)
     density: Density = EVEN
 
     def chain(self, chain: int) -> Chain:

@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network.edits import trace_borders
 from patterndb_sketch.retopo.network.samples import interpolate_places
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tracing import SurfaceCurve
 
 Vector = tuple[float, float, float]
 
@@ -119,8 +120,8 @@ class Half:
     """
 
     plane: Plane
-    surface: Ground
-    whole: Ground
+    surface: Surface
+    whole: Surface
     on: NDArray[np.bool_]
     near: float
     in_plane: int
@@ -151,7 +152,7 @@ class SeamRun:
     closed: bool
 
 
-def cut_half(surface: Ground, plane: Plane) -> Half:
+def cut_half(surface: Surface, plane: Plane) -> Half:
     """Cut the surface by a plane, and keep the side that the plane's normal points to.
 
     Vertices within ON_PLANE of the plane are moved onto it. Triangles that the plane passes are
@@ -179,12 +180,12 @@ def cut_half(surface: Ground, plane: Plane) -> Half:
     used = np.unique(kept)
     name = np.full(len(vertices), -1, np.int32)
     name[used] = np.arange(len(used), dtype=np.int32)
-    found = Ground.of(vertices[used], name[kept])
+    found = Surface.from_arrays(vertices[used], name[kept]).orient()
     flags = np.zeros(len(found.vertices), np.bool_)
-    flags[found.vertex] = on[used]
+    flags[found.repairs.vertex] = on[used]
     normals = found.normals.copy()
     normals[flags] = plane.flatten_normals(normals[flags])
-    found = replace(found, surface=replace(found.surface, normals=normals))
+    found = found.inherit(normals)
     return Half(plane, found, surface, flags, near, int((sign == 0.0).all(axis=1).sum()))
 
 

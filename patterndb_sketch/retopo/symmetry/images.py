@@ -9,10 +9,10 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh, find_open_edges
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     NONE,
     SYMMETRY,
@@ -27,10 +27,11 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Plane
+from patterndb_sketch.retopo.tracing.curves import project_near
 from patterndb_sketch.retopo.wording import format_place
 
 
-def end_symmetry(network: Network, surface: Ground, sizes: Sizes, plane: Plane) -> Edit:
+def end_symmetry(network: Network, surface: Surface, sizes: Sizes, plane: Plane) -> Edit:
     """The network with its image beside it, on the whole surface: both halves are curves to draw
     on.
 
@@ -60,7 +61,7 @@ class _Names:
 class _Images:
     """The steps of :func:`end_symmetry`, which need the same things."""
 
-    def __init__(self, network: Network, surface: Ground, sizes: Sizes, plane: Plane) -> None:
+    def __init__(self, network: Network, surface: Surface, sizes: Sizes, plane: Plane) -> None:
         self.network = network
         self.surface = surface
         self.sizes = sizes
@@ -100,7 +101,7 @@ class _Images:
         """Images (n, 3) of points with normals, on the surface, and how far they were off it."""
         images = self.plane.mirror(points)
         up = self.plane.mirror_directions(normals)
-        found = self.surface.project_near(images, up, self.sizes)
+        found = project_near(self.surface, images, up, self.sizes)
         off = np.linalg.norm(found.points - images, axis=1)
         # Next to the plane the surface may lead across it; there the image itself is better.
         there = (off <= self.sizes.snap) & (self.plane.heights(found.points) < 0.0)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.symmetry.half import Plane
 from patterndb_sketch.retopo.wording import format_place
 
@@ -60,7 +60,7 @@ def format_share(off: float) -> str:
     return f"{100.0 * off:.2g} %" if off >= 1e-6 else "0 %"
 
 
-def propose_plane(surface: Ground) -> Proposal:
+def propose_plane(surface: Surface) -> Proposal:
     """The plane in which the surface is most nearly its own image.
 
     Tried are the planes x, y and z = 0 through the origin, and planes through the middle of the
@@ -97,21 +97,21 @@ def propose_plane(surface: Ground) -> Proposal:
     return straight if straight.off <= best.off + AXES else best
 
 
-def propose_given(surface: Ground, plane: Plane) -> Proposal:
+def propose_given(surface: Surface, plane: Plane) -> Proposal:
     """A plane that is given, with how far off it is."""
     return Proposal(plane, measure_asymmetry(surface, plane, spread_points(surface, POINTS)))
 
 
-def measure_asymmetry(surface: Ground, plane: Plane, points: Points) -> float:
+def measure_asymmetry(surface: Surface, plane: Plane, points: Points) -> float:
     """How far the images of points (n, 3) are from the surface; see :class:`Proposal`."""
     images = plane.mirror(points)
     gaps = surface.nearest(images).points - images
     return float(np.sqrt((gaps**2).sum(axis=1).mean()) / surface.diagonal)
 
 
-def spread_points(surface: Ground, about: int) -> Points:
+def spread_points(surface: Surface, about: int) -> Points:
     """(n, 3) points spread evenly over the surface by its area, the same ones every time."""
-    areas = surface.surface.areas
+    areas = surface.areas
     ends = np.cumsum(areas)
     at = (np.arange(about) + 0.5) / about * ends[-1]
     triangle = np.minimum(np.searchsorted(ends, at), len(areas) - 1)
@@ -134,7 +134,7 @@ def spread_directions(n: int) -> NDArray[np.float64]:
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
 
 
-def _improve_plane(surface: Ground, plane: Plane, points: Points) -> Plane:
+def _improve_plane(surface: Surface, plane: Plane, points: Points) -> Plane:
     """The plane after rounds of taking images to the surface, and fitting to them."""
     for _ in range(ROUNDS):
         images = surface.nearest(plane.mirror(points)).points

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, smoothing_targets
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Network
@@ -21,6 +21,7 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
 from patterndb_sketch.retopo.tools.pull import find_held, move_node_to
 from patterndb_sketch.retopo.tools.salience import MODES, Mode, Salience
+from patterndb_sketch.retopo.tracing import smoothing_targets
 
 #: What the two targets of smoothing and the pull of the features weigh in a step.
 WEIGHTS = (1.0, 1.0, 1.0)
@@ -55,7 +56,7 @@ FELT = math.radians(0.25)
 
 def align_nearest(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     salience: Salience,
     point: ArrayLike,
@@ -75,7 +76,7 @@ def align_nearest(
 
 def align_chain(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     salience: Salience,
     chain: int,
@@ -111,7 +112,7 @@ def align_chain(
 
 def align_node(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     salience: Salience,
     node: int,
@@ -152,7 +153,7 @@ def move_snake(
     points: Points,
     normals: Points,
     closed: bool,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     salience: Salience,
     mode: Mode,

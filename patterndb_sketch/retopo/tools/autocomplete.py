@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import AT, Argument, Number, optional_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, LocalMap, MapExtent, spread_map
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -31,6 +31,7 @@ from patterndb_sketch.retopo.tools.closing import (
 )
 from patterndb_sketch.retopo.tools.planar import find_fault
 from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggest_patches
+from patterndb_sketch.retopo.tracing import LocalMap, MapExtent, spread_map
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +55,7 @@ class Completion:
 
 
 def find_completions(
-    network: Network, surface: Ground, point: ArrayLike, normal: ArrayLike, sizes: Sizes
+    network: Network, surface: Surface, point: ArrayLike, normal: ArrayLike, sizes: Sizes
 ) -> list[Completion]:
     """What can be closed around a point of the surface: the largest quad first, then smaller
     ones, then triangles; nothing where no boundary is within the brush with its empty side towards
@@ -73,7 +74,7 @@ def find_completions(
     if start is None:
         return []
     edge, k = start
-    foot = surface.nearest_facing(edge.points[k : k + 1], edge.normals[k : k + 1]).feet
+    foot = surface.nearest_facing(edge.points[k : k + 1], edge.normals[k : k + 1])
     # v is to the left of the boundary, where nothing is.
     ahead = np.cross(foot.normals, _along(edge, k)[None])
     if not np.linalg.norm(ahead) > 0.0:
@@ -108,7 +109,7 @@ def take_completion(network: Network, completion: Completion, sizes: Sizes) -> E
 
 def autocomplete(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     point: ArrayLike,
     normal: ArrayLike,
     sizes: Sizes,

@@ -16,6 +16,7 @@ from scipy.interpolate import CubicSpline
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Number, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts
@@ -28,7 +29,6 @@ from patterndb_sketch.retopo.filling.mesh import (
     weld_fills,
 )
 from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths, trace_border
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Edit, Network, OpenNetwork, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -44,7 +44,7 @@ MOST_ROUNDS = 100
 
 def drag_vertices(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     sizes: Sizes,
     point: ArrayLike,
@@ -91,7 +91,7 @@ def drag_vertices(
 
 def relax_vertices(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     sizes: Sizes,
     point: ArrayLike,
@@ -212,7 +212,7 @@ class BrushedQuads:
     def of(
         cls,
         network: Network,
-        surface: Ground,
+        surface: Surface,
         source: PatternSource,
         sizes: Sizes,
         point: Points,
@@ -269,7 +269,7 @@ class BrushedQuads:
     def move_to(
         self,
         before: Network,
-        surface: Ground,
+        surface: Surface,
         sizes: Sizes,
         points: Points,
         normals: Points,
@@ -319,7 +319,7 @@ class BrushedQuads:
         return np.array([values[self.at[key]] if key in self.at else none for key in keys])
 
     def _reshape(
-        self, opened: OpenNetwork, surface: Ground, sizes: Sizes, chain: int, course: Course
+        self, opened: OpenNetwork, surface: Surface, sizes: Sizes, chain: int, course: Course
     ) -> None:
         line = self.network.chains[chain]
         wanted = course(line)
@@ -334,7 +334,7 @@ class BrushedQuads:
             raise RefusedError("a curve would have no length: drag less far")
 
 
-def _find_near(network: Network, surface: Ground, point: Points, radius: float) -> list[int]:
+def _find_near(network: Network, surface: Surface, point: Points, radius: float) -> list[int]:
     """The patches that a point is in, or that have a border vertex within a radius of it."""
     found = {
         patch.id

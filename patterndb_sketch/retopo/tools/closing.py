@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, LocalMap, SurfacePoints
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -35,6 +35,7 @@ from patterndb_sketch.retopo.tools.planar import (
     PlanarCorner,
     PlanarPatch,
 )
+from patterndb_sketch.retopo.tracing import LocalMap
 
 #: How far behind its first place a stretch of a boundary is looked at, in samples, to see which
 #: chain it runs along: beyond where a cut may have been moved to a sample.
@@ -271,10 +272,10 @@ def map_boundaries(
     return boundaries, strokes
 
 
-def measure_coarseness(surface: Ground, seeds: SurfacePoints) -> float:
+def measure_coarseness(surface: Surface, seeds: SurfacePoints) -> float:
     """The length of the longest edge at the triangles under feet, or beside these."""
     corners = np.unique(surface.triangles[seeds.triangles])
-    start, star = surface.topology.star_start, surface.topology.star
+    start, star = surface.adjacency.star_start, surface.adjacency.star
     longest = 0.0
     for vertex in corners.tolist():
         beside = surface.vertices[star[start[vertex] : start[vertex + 1]]]

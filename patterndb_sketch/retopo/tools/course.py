@@ -10,11 +10,12 @@ import numpy as np
 from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_crossings
 from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tracing.curves import project_near
 
 #: Samples that are more than this many samplings apart, or in the mean less than one part in as
 #: many, are set anew: until then a chain keeps the samples it has.
@@ -25,15 +26,15 @@ SAMPLES_AHEAD = 2.0
 
 
 def take_to_surface(
-    points: Points, normals: Points, surface: Ground, sizes: Sizes
+    points: Points, normals: Points, surface: Surface, sizes: Sizes
 ) -> tuple[Points, Points]:
     """(n, 3) points taken to the surface along normals (n, 3), with the surface's normals there."""
-    done = surface.project_near(points, normals, sizes)
+    done = project_near(surface, points, normals, sizes)
     return done.points, done.normals
 
 
 def even_course(
-    points: Points, normals: Points, surface: Ground, sizes: Sizes, closed: bool
+    points: Points, normals: Points, surface: Surface, sizes: Sizes, closed: bool
 ) -> tuple[Points, Points]:
     """A course (n, 3) with samples at equal arc length if they have come too far apart, or too
     near; else as it is. The ends of an open one stay exactly; a closed one repeats no point."""

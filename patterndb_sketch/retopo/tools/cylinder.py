@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Number, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, trace_geodesic
 from patterndb_sketch.retopo.network import (
     AtNode,
     Edit,
@@ -36,6 +36,8 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import SurfaceBoundary, join_half_chains
 from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, drag_to_ends
+from patterndb_sketch.retopo.tracing import SurfaceCurve, trace_geodesic
+from patterndb_sketch.retopo.tracing.curves import project_near
 
 #: Patches between two loops without corners, unless told. Source: the released program of
 #: Takayama et al. 2013.
@@ -52,7 +54,7 @@ CROSS = (
 
 def join_loops(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     stroke: SurfaceCurve,
     division: int = DIVISION,
@@ -144,7 +146,7 @@ def _make_node(opened: OpenNetwork, network: Network, ring: Ring, place: float) 
 
 def _join(
     opened: OpenNetwork,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     one: int,
     other: int,
@@ -154,12 +156,12 @@ def _join(
     ends = AtNode(one), AtNode(other)
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = surface.project_near(points, normals, sizes)
+        done = project_near(surface, points, normals, sizes)
         return done.points, done.normals
 
     if stroke is None:
         a, b = opened.nodes[one], opened.nodes[other]
-        feet = [surface.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
+        feet = [surface.nearest_facing(n.point[None], n.normal[None]) for n in (a, b)]
         stroke = trace_geodesic(surface, feet[0], feet[1]).sample(surface, sizes.sampling)
     line, up = drag_to_ends(stroke.points, stroke.normals, opened, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
@@ -221,7 +223,7 @@ Caps = Literal["auto", "always", "never"]
 CAPS = get_args(Caps)
 
 
-def _is_cap_wanted(network: Network, surface: Ground, ring: Ring, caps: Caps) -> bool:
+def _is_cap_wanted(network: Network, surface: Surface, ring: Ring, caps: Caps) -> bool:
     """Is there to be a patch on the other side of a ring?
 
     Never where that side has a patch, a mark or other curves; else always, or, by itself, where

@@ -20,11 +20,11 @@ from patterndb_sketch.retopo.arguments import (
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import choose_counts
 from patterndb_sketch.retopo.filling.fills import filling_of
-from patterndb_sketch.retopo.ground import SurfaceCurve
 from patterndb_sketch.retopo.network import EVEN, BrushStroke, Density, Edit, Network
 from patterndb_sketch.retopo.network.density import MOST
 from patterndb_sketch.retopo.symmetry import mirror_stroke
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.tracing import SurfaceCurve
 
 #: Points of a brush stroke are this part of its radius apart.
 SPACING = 0.125

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import (
     Argument,
     Flag,
@@ -32,7 +33,6 @@ from patterndb_sketch.retopo.draft.task import (
     DraftTask,
 )
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
@@ -99,7 +99,7 @@ def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
     if a["quads"] is not None:
         if a["edge"] is not None:
             raise RefusedError("edge and quads both say how fine a draft is; give one of them")
-        area = float(surface.surface.areas.sum())
+        area = float(surface.areas.sum())
         quad = float(np.sqrt(area / a["quads"]))
         edge = min(max(quad, float(np.sqrt(area / MOST_LAID)), low), high)
     if not low <= edge <= high:
@@ -123,7 +123,7 @@ class _Drafting:
 
     work: ToolWork
     state: State
-    surface: Ground
+    surface: Surface
     symmetry: bool
     strict: bool
 
@@ -247,7 +247,7 @@ def _give_up_halves(whole: _MadeDraft, why: str) -> _MadeDraft:
     return replace(whole, notes=(said, *whole.notes))
 
 
-def _find_in_plane(surface: Ground, half: Half) -> Points:
+def _find_in_plane(surface: Surface, half: Half) -> Points:
     """(3,) the middle of a triangle of a surface that lies in a half's plane, and is in no half."""
     off = np.abs(half.plane.heights(surface.vertices))[surface.triangles].max(axis=1)
     return surface.vertices[surface.triangles[off.argmin()]].mean(axis=0)

@@ -9,13 +9,13 @@ from typing import Any
 from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import SurfaceCurve
 from patterndb_sketch.retopo.network.crossings import find_crossings
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import take_samples
 from patterndb_sketch.retopo.network.structure import Network, Node
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.tracing import SurfaceCurve
 
 #: Two chains run straight through a node if they bend by less than this, in radians there.
 STRAIGHT = math.radians(30.0)

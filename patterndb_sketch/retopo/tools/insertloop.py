@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts, side_lengths
@@ -19,7 +20,6 @@ from patterndb_sketch.retopo.filling.expansion import Expansion
 from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of, has_suitable_fill
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, divide_lengths
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     EVEN,
     Chain,
@@ -40,7 +40,7 @@ from query.engine import PatternSource
 
 def insert_loop(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     sizes: Sizes,
     point: ArrayLike,
@@ -113,7 +113,7 @@ class _CrossedPatch:
 class _StripWalk:
     """Along a strip, from patch to patch."""
 
-    def __init__(self, network: Network, surface: Ground, source: PatternSource) -> None:
+    def __init__(self, network: Network, surface: Surface, source: PatternSource) -> None:
         self.network = network
         self.surface = surface
         self.source = source

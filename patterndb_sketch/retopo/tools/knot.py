@@ -9,18 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import AT, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.tracing.curves import project_near
 
 
 def clean_knot(
-    network: Network, surface: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+    network: Network, surface: Surface, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> Edit:
     """Replace everything within the snap radius by one corner at a point.
 
@@ -90,14 +91,14 @@ def _find_passages(
     return found
 
 
-def _add_lead(opened: OpenNetwork, surface: Ground, sizes: Sizes, node: int, centre: int) -> int:
+def _add_lead(opened: OpenNetwork, surface: Surface, sizes: Sizes, node: int, centre: int) -> int:
     """A straight chain from a node on the circle to its centre."""
     rim, hub = opened.nodes[node], opened.nodes[centre]
     steps = max(2, round(float(np.linalg.norm(hub.point - rim.point)) / sizes.sampling))
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     line = (1.0 - share) * rim.point + share * hub.point
     up = (1.0 - share) * rim.normal + share * hub.normal
-    done = surface.project_near(line, up, sizes)
+    done = project_near(surface, line, up, sizes)
     return opened.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
 
 

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.arguments import AT, Argument, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, SurfacePoints, cut_by_plane
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve, cut_by_plane
 
 #: A cut is given up when it is this many times as long as the line that the user drew across the
 #: part. Source: the released program of Takayama et al. 2013.
@@ -24,7 +25,7 @@ TIMES_THE_LINE = 10.0
 
 def cut_loop(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     start: SurfacePoints,
     normal: ArrayLike,
@@ -43,7 +44,7 @@ def cut_loop(
 
 
 def preview_loop(
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     start: SurfacePoints,
     normal: ArrayLike,

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts
@@ -17,7 +18,6 @@ from patterndb_sketch.retopo.filling.expansion import Expansion
 from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import trace_border
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -40,7 +40,7 @@ LEAST = 1e-3
 
 def move_pair(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     source: PatternSource,
     sizes: Sizes,
     patch: int,

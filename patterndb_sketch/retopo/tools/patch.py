@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
@@ -35,7 +35,7 @@ from patterndb_sketch.retopo.wording import format_place
 STRAY = 0.1
 
 
-def make_patch(network: Network, surface: Ground, place: SurfacePoints) -> Edit:
+def make_patch(network: Network, surface: Surface, place: SurfacePoints) -> Edit:
     """Make a patch of the loop around a place, whatever it encloses.
 
     place: one foot. Raises RefusedError if no loop is around it, or several are; if the loop has
@@ -59,7 +59,7 @@ def make_patch(network: Network, surface: Ground, place: SurfacePoints) -> Edit:
         ) from error
 
 
-def drop_patch(network: Network, surface: Ground, place: SurfacePoints) -> Edit:
+def drop_patch(network: Network, surface: Surface, place: SurfacePoints) -> Edit:
     """Let the loop around a place be no patch; its curves stay.
 
     It stays so until one of its curves is cut, joined or given another corner: then the loop is
@@ -71,7 +71,7 @@ def drop_patch(network: Network, surface: Ground, place: SurfacePoints) -> Edit:
     return Edit.of(network, remove_patch(network, patch))
 
 
-def find_loop(network: Network, surface: Ground, place: SurfacePoints) -> HalfChain:
+def find_loop(network: Network, surface: Surface, place: SurfacePoints) -> HalfChain:
     """A half-chain of the loop around a place, one foot: the surface is flooded from there up to
     the curves. Raises RefusedError if none is met, or more than one loop."""
     chains = sorted(network.chains)
@@ -104,7 +104,7 @@ def find_loop(network: Network, surface: Ground, place: SurfacePoints) -> HalfCh
 
 
 def _find_loops(
-    network: Network, surface: Ground, wall: Wall, chains: list[int], rim: Int32Array
+    network: Network, surface: Surface, wall: Wall, chains: list[int], rim: Int32Array
 ) -> list[HalfChain]:
     """The lowest half-chain of each loop that triangles beside the curves are on the left of."""
     sample, side = wall.side_of(surface, rim)

@@ -10,9 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Flag, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
@@ -49,7 +49,7 @@ def find_held(
 
 def pull_held(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     at: AtNode | AtChain,
     point: ArrayLike,
@@ -85,7 +85,7 @@ def pull_held(
 
 def release_held(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     at: AtNode | AtChain,
     point: ArrayLike,
@@ -125,7 +125,7 @@ def release_held(
 
 
 def move_node_to(
-    opened: OpenNetwork, surface: Ground, sizes: Sizes, node: int, point: Points, normal: Points
+    opened: OpenNetwork, surface: Surface, sizes: Sizes, node: int, point: Points, normal: Points
 ) -> None:
     """Move a node to a point (3,) with its normal; its chains follow by even shares.
 
@@ -144,7 +144,7 @@ def move_node_to(
 
 def _move_place_to(
     opened: OpenNetwork,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     line: Chain,
     place: float,
@@ -174,7 +174,7 @@ def _move_place_to(
 
 def _reshape(
     opened: OpenNetwork,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     old: Chain,
     share: NDArray[np.float64],
@@ -205,7 +205,7 @@ def _refuse_marked(lines: Iterable[Chain]) -> None:
 
 
 def _take_to_surface(
-    surface: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+    surface: Surface, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> tuple[Points, Points]:
     points, normals = take_to_surface(
         np.asarray(point, np.float64)[None], np.asarray(normal, np.float64)[None], surface, sizes

@@ -10,9 +10,9 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
@@ -24,6 +24,7 @@ from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import find_crossed, take_to_surface
+from patterndb_sketch.retopo.tracing import SurfaceCurve
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,7 @@ class _Part:
     distance: float
 
 
-def redraw_chain(network: Network, surface: Ground, sizes: Sizes, stroke: SurfaceCurve) -> Edit:
+def redraw_chain(network: Network, surface: Surface, sizes: Sizes, stroke: SurfaceCurve) -> Edit:
     """Let a chain run along a stroke, cleaned before, between the places where both its ends are
     within the snap radius of the chain.
 

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb._native.retopo.tools.salience import sum_dots
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground
 
 Mode = Literal["ridge", "valley", "both"]
 
@@ -70,7 +70,7 @@ class Salience:
     _starts: Int64Array
 
     @classmethod
-    def of(cls, surface: Ground, edge: float) -> Salience:
+    def of(cls, surface: Surface, edge: float) -> Salience:
         """Of a surface, for a target edge; raises InvalidRetopoError for one too short for it."""
         if not (math.isfinite(edge) and edge > 0.0):
             raise InvalidRetopoError(f"the target edge is {edge}; give a length above 0")
@@ -157,10 +157,10 @@ class Salience:
         return to_feature * size, pull
 
 
-def _measure_bends(surface: Ground) -> tuple[Points, NDArray[np.float64], Points]:
+def _measure_bends(surface: Surface) -> tuple[Points, NDArray[np.float64], Points]:
     """The edges that bend: ends (e, 2, 3), angles (e,), above 0 where it is a ridge, and
     normals (e, 3)."""
-    across, triangles, vertices = surface.topology.across, surface.triangles, surface.vertices
+    across, triangles, vertices = surface.adjacency.across, surface.triangles, surface.vertices
     side = np.flatnonzero(across > np.arange(len(across)))
     other = across[side]
     corner = vertices[triangles]

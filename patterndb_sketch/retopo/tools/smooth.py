@@ -6,9 +6,9 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, smooth_polyline
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import find_nearest_place, take_samples
@@ -16,6 +16,7 @@ from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import note_crossings, take_to_surface
+from patterndb_sketch.retopo.tracing import smooth_polyline
 
 #: Rounds of smoothing at one call. Source: the released program of Takayama et al. 2013.
 ROUNDS = 25
@@ -25,7 +26,7 @@ FEWEST_OPEN, FEWEST_CLOSED = 5, 3
 
 
 def smooth_nearest(
-    network: Network, surface: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+    network: Network, surface: Surface, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> Edit:
     """Smooth the chain nearest to a point within the snap radius; see :func:`smooth_chain`.
 
@@ -37,7 +38,7 @@ def smooth_nearest(
     return smooth_chain(network, surface, sizes, place.chain)
 
 
-def smooth_chain(network: Network, surface: Ground, sizes: Sizes, chain: int) -> Edit:
+def smooth_chain(network: Network, surface: Surface, sizes: Sizes, chain: int) -> Edit:
     """ROUNDS of smoothing as strokes get it, each projected; the ends of an open chain stay, and
     patches stay patches.
 

@@ -18,15 +18,9 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import (
-    Ground,
-    LocalMap,
-    MapExtent,
-    SurfaceCurve,
-    spread_map,
-)
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -49,6 +43,7 @@ from patterndb_sketch.retopo.tools.planar import (
     find_fault,
     make_line,
 )
+from patterndb_sketch.retopo.tracing import LocalMap, MapExtent, SurfaceCurve, spread_map
 
 #: Points that a spine's stroke must have: fewer have no direction in the middle.
 FEWEST_POINTS = 3
@@ -75,7 +70,7 @@ class SpinePatch:
         ]
 
 
-def draw_spine(network: Network, surface: Ground, stroke: SurfaceCurve, sizes: Sizes) -> Edit:
+def draw_spine(network: Network, surface: Surface, stroke: SurfaceCurve, sizes: Sizes) -> Edit:
     """The network with a four-sided patch whose midline is the stroke.
 
     The patch is ``sizes.spine`` wide to either side, less where a boundary is nearer. Raises
@@ -89,7 +84,7 @@ def draw_spine(network: Network, surface: Ground, stroke: SurfaceCurve, sizes: S
 
 
 def preview_spine(
-    network: Network, surface: Ground, stroke: SurfaceCurve, sizes: Sizes
+    network: Network, surface: Surface, stroke: SurfaceCurve, sizes: Sizes
 ) -> SpinePatch:
     """The patch that :func:`draw_spine` would make; raises as that does."""
     if stroke.closed:
@@ -102,7 +97,7 @@ def preview_spine(
         )
     width, snap = sizes.spine, sizes.snap_within(sizes.spine)
     length = float(arc_length(stroke.points)[-1])
-    seeds = surface.nearest_facing(stroke.points, stroke.normals).feet
+    seeds = surface.nearest_facing(stroke.points, stroke.normals)
     along = np.gradient(stroke.points, axis=0)
     edges = find_boundaries(network)
 

@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
 from patterndb_sketch.retopo.network import SYMMETRY
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.insertion import (
@@ -38,6 +38,8 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Half, StrokePart, measure_heights, split_stroke
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.erase import erase_chains
+from patterndb_sketch.retopo.tracing import SurfaceCurve
+from patterndb_sketch.retopo.tracing.curves import project_near
 
 #: A crossing this near to a node, in samplings along the chain, is at the node.
 NODE_NEAR = 0.5
@@ -52,7 +54,7 @@ DOUBLED = 0.5
 
 def insert_stroke(
     network: Network,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     stroke: SurfaceCurve,
     start: End | None = None,
@@ -84,7 +86,7 @@ def insert_stroke(
     line, up = stroke.points, stroke.normals
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = surface.project_near(points, normals, sizes)
+        done = project_near(surface, points, normals, sizes)
         return done.points, done.normals
 
     joints: list[int] = []

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import (
@@ -70,14 +70,14 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     return Result(replace(work.state, network=edit.network, plane=plane), (*notes, *edit.notes))
 
 
-def _read_plane(surface: Ground, a: dict[str, Any]) -> Proposal:
+def _read_plane(surface: Surface, a: dict[str, Any]) -> Proposal:
     """The plane that a call names, with how far off it is."""
     point = (0.0, 0.0, 0.0) if a["point"] is None else a["point"]
     normal = AXES[a["axis"] or "x"] if a["normal"] is None else a["normal"]
     return propose_given(surface, Plane.of(point, normal))
 
 
-def _find_own(surface: Ground, tolerance: float | None) -> Proposal:
+def _find_own(surface: Surface, tolerance: float | None) -> Proposal:
     """The surface's own plane; raises RefusedError, with what there is instead, if it has none."""
     found = propose_plane(surface)
     most = SYMMETRIC if tolerance is None else tolerance

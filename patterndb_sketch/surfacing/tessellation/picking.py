@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points, as_points
-from patterndb.geometry.trianglemesh import TriangleMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.surfacing.tessellation.triangles import split_quads
 
 
@@ -45,7 +45,7 @@ class SurfaceStroke:
 class Canvas:
     """A mesh made ready for many picks; see :meth:`of`."""
 
-    _mesh: TriangleMesh
+    _mesh: Surface
     _owner: NDArray[np.int64]
 
     @classmethod
@@ -56,7 +56,7 @@ class Canvas:
         cuts them, which also says what raises InvalidMeshError.
         """
         at, triangles, owner = split_quads(points, faces)
-        return cls(TriangleMesh(at, triangles.astype(np.int32)), owner)
+        return cls(Surface(at, triangles.astype(np.int32)), owner)
 
     def pick(self, origin: ArrayLike, direction: ArrayLike) -> Pick | None:
         """Find the first point of the mesh on a ray from origin (3,) along direction (3,), or None.

@@ -13,9 +13,9 @@ import pytest
 from bodies import body
 
 from ingest.formats import read_mesh, write_mesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.files.curvesjson import read_curves
 from patterndb_sketch.features.initial import interpolate_points
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import register, template_of_name
 from patterndb_sketch.features.sessionfile import read_network, read_session
 from tests.support.cli.commandline import assert_refused, run
@@ -66,7 +66,7 @@ def test_writes_what_it_tells(sedan: Path, few: Path, tmp_path: Path) -> None:
     """Table, JSON and file agree, and every curve is on its feature."""
     output = tmp_path / "curves.json"
     told = document("features", sedan, "--strokes", few, "-o", output)
-    assert told["triangles"] == len(Model.from_polygons(read_mesh(sedan)).triangles)
+    assert told["triangles"] == len(Surface.from_soup(read_mesh(sedan)).triangles)
     assert (told["components"], told["lost"], told["output"]) == (1, {}, str(output))
     written = json.loads(output.read_text())
     assert written["curves"] == told["curves"]
@@ -224,7 +224,7 @@ class TestRegister:
         output = tmp_path / "quads.obj"
         args = ("register", sedan, "--network", curves, "--template", TEMPLATE, "-o", output)
         told = document(*args)
-        model, template = Model.from_polygons(read_mesh(sedan)), template_of_name(TEMPLATE)
+        model, template = Surface.from_soup(read_mesh(sedan)), template_of_name(TEMPLATE)
         made = register(model, read_network(curves), template)
         mesh = read_mesh(output)
         assert np.array_equal(mesh.points, made.points)

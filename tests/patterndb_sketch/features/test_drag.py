@@ -8,9 +8,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from vtkmodules.vtkRenderingCore import vtkCamera
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.drag import MatrixCamera, begin_drag, move_drag
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.splines import fit_spline
 from tests.support.features.models import sphere, sphere_model, together
 
@@ -98,7 +99,7 @@ class TestDrag:
         assert abs(drag.sample - chosen) <= 1
         # A place of the surface that is seen from here: what a ray to it meets first.
         aim = samples[chosen] + rng.uniform(-0.3, 0.3, 3)
-        seen = SPHERE.first_hits(*view.rays(view.seen_at(aim[None])))
+        seen = SPHERE.cast_rays(*view.rays(view.seen_at(aim[None])))
         assume(seen.found[0])
         target = seen.points[0]
         path = view.seen_at(target[None])[0] - view.seen_at(samples)[drag.sample]
@@ -119,7 +120,7 @@ class TestDrag:
 
     @both_views
     def test_the_front_most_of_two_layers_counts(self, view: MatrixCamera) -> None:
-        model = Model.from_arrays(*together(sphere(), sphere(radius=0.6)))
+        model = Surface.from_soup(PolygonMesh.from_faces(*together(sphere(), sphere(radius=0.6))))
         samples = latitude(radius=0.6)
         inner = front_sample(view, samples)
         pressed = view.seen_at(samples)[inner]

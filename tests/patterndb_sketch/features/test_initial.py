@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import (
     FEWEST,
@@ -18,7 +20,6 @@ from patterndb_sketch.features.initial import (
     find_initial_curve,
     interpolate_points,
 )
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.splines import chordal_parameters
 from tests.support.features.models import soup, sphere, sphere_model, to_model
 from tests.support.shared import MESHES
@@ -29,9 +30,9 @@ SPHERE = sphere_model()
 @pytest.mark.parametrize("path", sorted(MESHES.glob("q_car_*.obj"))[:3], ids=lambda path: path.stem)
 def test_samples_are_on_the_surface(path: Path) -> None:
     """To 1e-9, by distances triangle by triangle; and they are the nearest points."""
-    model = Model.from_polygons(read_mesh(path))
+    model = Surface.from_soup(read_mesh(path))
     rng = np.random.default_rng(1)
-    clicked = model.points[rng.choice(len(model.points), 4, replace=False)]
+    clicked = model.vertices[rng.choice(len(model.vertices), 4, replace=False)]
     curve = find_initial_curve(model, clicked)
     through = curve.through.sample(len(curve.samples))
     some = rng.choice(len(through), 12, replace=False)
@@ -81,7 +82,7 @@ def test_a_double_click_is_one() -> None:
 
 def test_the_soup_has_the_same_curve() -> None:
     """On the shuffled, unoriented triangle soup the samples are the same, bit for bit."""
-    apart = Model.from_arrays(*soup(*sphere(), 2))
+    apart = Surface.from_soup(PolygonMesh.from_faces(*soup(*sphere(), 2)))
     clicked = SPHERE.points[[3, 40, 90, 200]]
     one, other = find_initial_curve(SPHERE, clicked), find_initial_curve(apart, clicked)
     assert one.samples.tobytes() == other.samples.tobytes()

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.files.strokesjson import read_strokes
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import box_template, register
 from patterndb_sketch.features.ribs import RADIUS
 from patterndb_sketch.features.sessionfile import read_network
@@ -41,8 +42,8 @@ def mesh_of(name: str) -> Path:
 
 
 @cache
-def model_of(name: str) -> Model:
-    return Model.from_polygons(read_mesh(mesh_of(name)))
+def model_of(name: str) -> Surface:
+    return Surface.from_soup(read_mesh(mesh_of(name)))
 
 
 @cache
@@ -51,11 +52,11 @@ def strokes_of(name: str) -> tuple[FeatureStroke, ...]:
 
 
 @cache
-def car_of(name: str) -> Model:
+def car_of(name: str) -> Surface:
     """A car of the pack, turned as templates have it: x to the tail."""
     model = model_of(f"q_car_{name}")
-    x, y, z = model.points.T
-    return Model.from_arrays(np.stack([y, -x, z], axis=1), model.triangles)
+    x, y, z = model.vertices.T
+    return Surface.from_soup(PolygonMesh.from_faces(np.stack([y, -x, z], axis=1), model.triangles))
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -66,7 +67,7 @@ def test_strokes_snap_without_failure(name: str) -> None:
     for stroke in strokes_of(name):
         curve = snap(model, stroke.points, stroke.settings, closed=stroke.closed)
         assert curve.failed == () and curve.notes == (), stroke.name
-        off = model.nearest(curve.samples).lengths
+        off = model.measure_distances(curve.samples)
         assert off.max() < 1.2 * GAP * RADIUS * model.diagonal, stroke.name
         assert (off < 1e-9 * model.diagonal).mean() > 0.5, stroke.name
         # A curve is where it was drawn: no farther off than ribs reach.
@@ -80,7 +81,7 @@ def test_strokes_snap_without_failure(name: str) -> None:
 def test_the_same_curves_on_the_shuffled_soup(name: str) -> None:
     """Bit for bit on triangles with points of their own, in random order and sense."""
     model = model_of(name)
-    torn = Model.from_arrays(*soup(model.points, model.triangles, seed=3))
+    torn = Surface.from_soup(PolygonMesh.from_faces(*soup(model.vertices, model.triangles, seed=3)))
     for stroke in strokes_of(name)[::3]:
         curve, other = (
             snap(one, stroke.points, stroke.settings, closed=stroke.closed) for one in (model, torn)
@@ -96,7 +97,7 @@ def test_strokes_are_drawn_on_their_models(path: Path) -> None:
     strokes = strokes_of(name)
     assert len(strokes) >= 8
     for stroke in strokes:
-        assert model_of(name).nearest(stroke.points).lengths.max() < 1e-4, stroke.name
+        assert model_of(name).measure_distances(stroke.points).max() < 1e-4, stroke.name
 
 
 @pytest.mark.parametrize("path", sorted(FEATURES.glob("*.network.json")), ids=lambda p: p.name)
@@ -107,7 +108,7 @@ def test_networks_are_along_their_cars(path: Path) -> None:
     network = read_network(path)
     assert set(network.curves) == set(template.curves) - set(template.bridged)
     for name, curve in network.curves.items():
-        off = model.nearest(curve.sample(100)).lengths
+        off = model.measure_distances(curve.sample(100))
         assert off.mean() < 0.01 * model.diagonal, name
 
 

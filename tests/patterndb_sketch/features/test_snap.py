@@ -10,22 +10,27 @@ import pytest
 from bodies import body, degrade, stroke
 from scipy.spatial import KDTree
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
 
-def swept(profile: Points, along: Points, bend: Callable[[Points], Points] | None = None) -> Model:
+def swept(
+    profile: Points, along: Points, bend: Callable[[Points], Points] | None = None
+) -> Surface:
     """A profile (k, 2) of y and z, swept over places (n,) of x, then bent."""
     k, n = len(profile), len(along)
     points = np.array([(x, y, z) for x in along for y, z in profile])
     i, j = np.meshgrid(np.arange(n - 1), np.arange(k - 1), indexing="ij")
     a = (i * k + j).ravel()
     triangles = np.concatenate([np.c_[a, a + k, a + 1], np.c_[a + 1, a + k, a + k + 1]])
-    return Model.from_arrays(points if bend is None else bend(points), triangles)
+    return Surface.from_soup(
+        PolygonMesh.from_faces(points if bend is None else bend(points), triangles)
+    )
 
 
 def hat(count: int = 21) -> Points:
@@ -47,12 +52,12 @@ def off_ridge(points: Points) -> float:
 
 
 @pytest.fixture(scope="module")
-def ridge() -> Model:
+def ridge() -> Surface:
     return swept(hat(), np.linspace(0.0, 4.0, 61), wave)
 
 
 @pytest.fixture(scope="module")
-def drawn(ridge: Model) -> Points:
+def drawn(ridge: Surface) -> Points:
     """A stroke beside the ridge."""
     x = np.array([0.3, 1.0, 1.8, 2.6, 3.2, 3.7])
     y = 0.15 * np.sin(1.5 * x) + np.array([0.05, -0.04, 0.05, 0.03, -0.05, 0.04])
@@ -60,15 +65,15 @@ def drawn(ridge: Model) -> Points:
 
 
 @pytest.fixture(scope="module")
-def begun(ridge: Model, drawn: Points) -> Snap:
+def begun(ridge: Surface, drawn: Points) -> Snap:
     return Snap.begin(ridge, drawn)
 
 
-def test_a_ridge_is_found(ridge: Model, drawn: Points, begun: Snap) -> None:
+def test_a_ridge_is_found(ridge: Surface, drawn: Points, begun: Snap) -> None:
     """A tenth of the stroke's own error is left; samples are on the model."""
     sketched = off_ridge(find_initial_curve(ridge, drawn).samples)
     assert off_ridge(begun.curve.spline.sample(200)) < 0.1 * sketched
-    assert ridge.nearest(begun.curve.samples).lengths.max() < 1e-9
+    assert ridge.measure_distances(begun.curve.samples).max() < 1e-9
     assert begun.curve.failed == () and begun.curve.notes == ()
 
 
@@ -99,8 +104,10 @@ def test_a_ridge_around_a_bumpy_cylinder_is_found() -> None:
     points = np.stack([radius * np.cos(t), radius * np.sin(t), h], axis=2).reshape(-1, 3)
     i, j = np.meshgrid(np.arange(90), np.arange(len(z) - 1), indexing="ij")
     a, k = (i * len(z) + j).ravel(), len(z)
-    model = Model.from_arrays(
-        points, np.concatenate([np.c_[a, a + k, a + 1], np.c_[a + 1, a + k, a + k + 1]])
+    model = Surface.from_soup(
+        PolygonMesh.from_faces(
+            points, np.concatenate([np.c_[a, a + k, a + 1], np.c_[a + 1, a + k, a + k + 1]])
+        )
     )
 
     def off(curve: Points) -> float:
@@ -124,9 +131,11 @@ def test_an_isophote_is_found() -> None:
     points = np.stack([np.sin(p) * np.cos(t), np.sin(p) * np.sin(t), np.cos(p)], axis=2)
     i, j = np.meshgrid(np.arange(60), np.arange(60), indexing="ij")
     a = (i * 61 + j).ravel()
-    model = Model.from_arrays(
-        points.reshape(-1, 3),
-        np.concatenate([np.c_[a, a + 61, a + 1], np.c_[a + 1, a + 61, a + 62]]),
+    model = Surface.from_soup(
+        PolygonMesh.from_faces(
+            points.reshape(-1, 3),
+            np.concatenate([np.c_[a, a + 61, a + 1], np.c_[a + 1, a + 61, a + 62]]),
+        )
     )
     s = np.linspace(0.4, 2.1, 5)
     lift = np.cos(np.radians(60.0)) + np.array([0.04, -0.05, 0.05, -0.04, 0.05])
@@ -137,20 +146,22 @@ def test_an_isophote_is_found() -> None:
 
 
 def test_the_same_curve_on_the_shuffled_unoriented_soup(
-    ridge: Model, drawn: Points, begun: Snap
+    ridge: Surface, drawn: Points, begun: Snap
 ) -> None:
     """Bit for bit: nothing depends on order, sense or welding."""
     rng = np.random.default_rng(4)
     corners = ridge.corners[rng.permutation(len(ridge.corners))]
     for one in corners:
         one[:] = one[rng.permutation(3)]
-    soup = Model.from_arrays(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    soup = Surface.from_soup(
+        PolygonMesh.from_faces(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    )
     found = snap(soup, drawn)
     assert (found.spline.control == begun.curve.spline.control).all()
     assert (found.samples == begun.curve.samples).all()
 
 
-def test_constraints_are_hit_exactly(ridge: Model, drawn: Points) -> None:
+def test_constraints_are_hit_exactly(ridge: Surface, drawn: Points) -> None:
     """In the first place, and when one is dragged later."""
     free = snap(ridge, drawn)
     m = len(free.samples)
@@ -216,7 +227,7 @@ def test_stiffness_straightens_and_strict_is_stiffest(begun: Snap) -> None:
     assert strict <= 2
 
 
-def test_a_stroke_beyond_the_model_is_told(ridge: Model) -> None:
+def test_a_stroke_beyond_the_model_is_told(ridge: Surface) -> None:
     """Samples go to the nearest surface; ribs without a contour are left out and named."""
     x = np.linspace(0.5, 5.5, 7)
     rough = np.stack([x, 0.15 * np.sin(1.5 * x), np.zeros(7)], axis=1)
@@ -231,9 +242,11 @@ def test_ribs_that_fail_are_named_and_bridged() -> None:
     y = hat()
     halves = [swept(y, np.linspace(a, b, 30)) for a, b in ((0.0, 1.7), (2.3, 4.0))]
     count = len(halves[0].points)
-    model = Model.from_arrays(
-        np.concatenate([half.points for half in halves]),
-        np.concatenate([halves[0].triangles, halves[1].triangles + count]),
+    model = Surface.from_soup(
+        PolygonMesh.from_faces(
+            np.concatenate([half.vertices for half in halves]),
+            np.concatenate([halves[0].triangles, halves[1].triangles + count]),
+        )
     )
     x = np.array([0.3, 1.2, 2.0, 2.8, 3.7])
     rough = np.stack([x, 0.05 * (-1.0) ** np.arange(5), np.zeros(5)], axis=1)
@@ -264,7 +277,7 @@ def test_a_ridge_that_lies_in_a_gap_is_found(short: tuple[float, float]) -> None
     count = len(sides[0].points)
     points = np.concatenate([side.points for side in sides])
     triangles = np.concatenate([sides[0].triangles, sides[1].triangles + count])
-    roof = Model.from_arrays(points, triangles)
+    roof = Surface.from_soup(PolygonMesh.from_faces(points, triangles))
     x, off = np.linspace(0.4, 3.6, 6), 0.03 * (-1.0) ** np.arange(6)
     rough = roof.nearest(np.stack([x, off, -0.7 * np.abs(off)], axis=1)).points
     found = snap(roof, rough)
@@ -272,10 +285,12 @@ def test_a_ridge_that_lies_in_a_gap_is_found(short: tuple[float, float]) -> None
     spacing = 2.0 * found.settings.radius * roof.diagonal / (found.settings.n_samples - 1)
     assert np.abs(found.samples[:, 1]).max() < spacing and len(found.repaired) > 0
     assert np.abs(found.spline.sample(100)[:, 1:]).max() < 0.5 * spacing
-    lengths = roof.nearest(found.samples).lengths
+    lengths = roof.measure_distances(found.samples)
     assert np.median(lengths) > min(short) and lengths.max() < 1.2 * width
     corners = np.random.default_rng(1).permutation(roof.corners).reshape(-1, 3)
-    soup = Model.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
+    soup = Surface.from_soup(
+        PolygonMesh.from_faces(corners, np.arange(len(corners)).reshape(-1, 3))
+    )
     assert (snap(soup, rough).spline.control == found.spline.control).all()
 
 
@@ -292,13 +307,13 @@ def test_features_of_a_car_are_found(state: str) -> None:
     """At most a quarter of the stroke's own error, in the middle of the features."""
     made = body("coupe")
     if state == "clean":
-        model = Model.from_arrays(made.points, made.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(made.points, made.triangles))
     elif state == "cluttered":
         mess = degrade(made, 1, flips=0.5, interior=True, shuffle=True)
-        model = Model.from_arrays(mess.points, mess.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
     else:
         mess = degrade(made, 1, gaps=0.001, flips=0.5, shuffle=True)
-        model = Model.from_arrays(mess.points, mess.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
     good = 0
     names = ("roof_rail", "shoulder", "hood_edge", "sill_middle", "front_arch", "windscreen_base")
     for name in names:

@@ -9,13 +9,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.refitting import claim_curves
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, find_open_edges
 from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.flaws import find_new_leaps
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import line_of, play_script, script_of
 from patterndb_sketch.retopo.wording import format_place, list_places
 from query.engine import PatternSource
@@ -55,7 +55,7 @@ def test_flipped_quads_are_told_with_their_places(source: PatternSource) -> None
     assert DraftJudge(editor.surface, None).find_furthest(found).shape == (3,)
 
 
-def plates() -> Ground:
+def plates() -> Surface:
     """Two sheets, one 0.4 above the other."""
     n = 21
     x, y = np.meshgrid(np.linspace(-5, 5, n), np.linspace(-5, 5, n), indexing="ij")
@@ -64,10 +64,10 @@ def plates() -> Ground:
     faces = np.concatenate(
         [np.stack([k, k + n, k + n + 1], axis=1), np.stack([k, k + n + 1, k + 1], axis=1)]
     )
-    return Ground.of(
+    return Surface.from_arrays(
         np.concatenate([points, points + np.array([0.0, 0.0, 0.4])]),
         np.concatenate([faces, faces + n * n]),
-    )
+    ).orient()
 
 
 def draw_bare_square(editor: Editor, x: float, y: float) -> None:
@@ -109,7 +109,7 @@ class TestSymmetry:
         ball = sphere()
         x, y, z = ball.vertices.T
         bent = np.stack([1.6 * x + 0.5 * z * z * y, y + 0.5 * x * x + 0.2 * z, z + 0.4 * x * y], 1)
-        editor = Editor(Ground.of(bent, ball.triangles), source)
+        editor = Editor(Surface.from_arrays(bent, ball.triangles).orient(), source)
         before = editor.state
         refused = editor.do(Call("symmetry", {"find": True})).refused
         assert refused is not None and editor.state is before

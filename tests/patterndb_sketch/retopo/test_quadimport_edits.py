@@ -8,10 +8,10 @@ import numpy as np
 import trimesh
 
 import patterndb
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import fill_network, find_open_edges, weld_fills
 from patterndb_sketch.retopo.filling.fills import step_fill
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.tools.erase import erase_chains
@@ -72,7 +72,7 @@ def test_corners_that_were_regular_go_with_their_curves() -> None:
 
 def test_on_another_surface_vertices_lie_on_it() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
-    surface = Ground.of(ball.vertices, ball.faces)
+    surface = Surface.from_arrays(ball.vertices, ball.faces).orient()
     points, quads = cube(4)
     points = 2.0 * points - 1.0
     found = import_quads(points, quads, surface)

@@ -187,13 +187,13 @@ import trimesh
 import patterndb
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import weld_fills
-from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.tracing import Surface
 from patterndb_sketch.retopo.script import play_script, read_script
 from pathlib import Path
 
 mesh = trimesh.creation.icosphere(subdivisions=4)
 with patterndb.open() as source:
-    editor = Editor(Ground.of(mesh.vertices, mesh.faces), source)
+    editor = Editor(Surface.from_arrays(mesh.vertices, mesh.faces).orient(), source)
     list(play_script(read_script(Path(sys.argv[1])), editor, lambda name, found: None))
     made = weld_fills(editor.fill())
 print(hashlib.sha256(made.vertices.tobytes() + made.quads.tobytes()).hexdigest())

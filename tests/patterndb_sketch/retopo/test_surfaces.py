@@ -10,11 +10,11 @@ import pytest
 
 import patterndb
 from ingest.formats import read_mesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.network.faces import count_genus, count_handles
 from patterndb_sketch.retopo.script import play_script, read_script
@@ -40,9 +40,9 @@ pytestmark = pytest.mark.skipif(
 
 
 @cache
-def played() -> tuple[Ground, FilledNetwork]:
+def played() -> tuple[Surface, FilledNetwork]:
     script = read_script(SCRIPTS / f"{NAME}.jsonl")
-    surface = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
+    surface = Surface.from_polygons(read_mesh(SURFACES / Path(script.surface).name)).orient()
     with patterndb.open() as database:
         editor = Editor(surface, database)
         for line, outcome in play_script(script, editor, lambda *_: None):
@@ -108,7 +108,7 @@ def test_scripts_name_surfaces_that_are_there(path: Path) -> None:
 @pytest.mark.parametrize("name", ["spot.draft", "hand_closed.draft", "penguin.draft"])
 def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> None:
     script = read_script(SCRIPTS / f"{name}.jsonl")
-    surface = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
+    surface = Surface.from_polygons(read_mesh(SURFACES / Path(script.surface).name)).orient()
     with patterndb.open() as database:
         editor = Editor(surface, database)
         for line, outcome in play_script(script, editor, lambda *_: None):
@@ -123,7 +123,7 @@ def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> No
 
 def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
     script = read_script(SCRIPTS / "boot.jsonl")
-    surface = Ground.of_polygons(read_mesh(SURFACES / "boot.obj"))
+    surface = Surface.from_polygons(read_mesh(SURFACES / "boot.obj")).orient()
     with patterndb.open() as database:
         editor = Editor(surface, database)
         for line in script.lines:
@@ -144,13 +144,13 @@ def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
 @pytest.mark.parametrize("name", ["q_fox", "q_dog", "q_telescope", "q_sheep"])
 def test_halves_of_animals_are_remeshed_as_evenly_as_their_surface_is_large(name: str) -> None:
     # A triangle that folds over looks for the surface at the other end of the limb.
-    whole = Ground.of_polygons(read_mesh(MESHES / f"{name}.obj"))
+    whole = Surface.from_polygons(read_mesh(MESHES / f"{name}.obj")).orient()
     half = cut_half(whole, propose_plane(whole).plane).surface
     edge = 0.4 * Sizes.of(whole.diagonal).edge
     vertices, triangles = remesh_evenly(half, edge)
-    made = Ground.of(vertices, triangles)
+    made = Surface.from_arrays(vertices, triangles).orient()
     assert not made.dropped and len(made.vertices) == len(vertices)
-    assert np.diff(made.topology.side_start).max() == 2
+    assert np.diff(made.adjacency.side_start).max() == 2
     due = half.surface.areas.sum() / (np.sqrt(3.0) / 4.0 * edge**2)
     assert len(triangles) < 2.0 * due
     assert 0.9 < made.surface.areas.sum() / half.surface.areas.sum() < 1.1

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 
 
 def sphere(rings: int = 12, around: int = 24, radius: float = 1.0) -> tuple[Points, NDArray]:
@@ -30,8 +31,8 @@ def sphere(rings: int = 12, around: int = 24, radius: float = 1.0) -> tuple[Poin
     return radius * points, np.concatenate(pieces)
 
 
-def sphere_model(radius: float = 1.0) -> Model:
-    return Model.from_arrays(*sphere(radius=radius))
+def sphere_model(radius: float = 1.0) -> Surface:
+    return Surface.from_soup(PolygonMesh.from_faces(*sphere(radius=radius)))
 
 
 def together(*parts: tuple[Points, NDArray]) -> tuple[Points, NDArray]:

@@ -8,9 +8,10 @@ import numpy as np
 from bodies import Body, body
 from numpy.typing import NDArray
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.files.networkjson import spline_through
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import (
     ChainStep,
     FeatureChain,
@@ -80,8 +81,8 @@ def car(name: str = "sedan") -> Body:
 
 
 @cache
-def car_model(name: str = "sedan") -> Model:
-    return Model.from_arrays(car(name).points, car(name).triangles)
+def car_model(name: str = "sedan") -> Surface:
+    return Surface.from_soup(PolygonMesh.from_faces(car(name).points, car(name).triangles))
 
 
 @cache

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.ribs import Rib
 from tests.support.features.models import sphere, together
 
@@ -37,8 +38,10 @@ def sheet(line: Points, half: float = 1.0) -> tuple[Points, NDArray]:
     return np.concatenate([low, high]), faces
 
 
-def sheets(*lines: ArrayLike) -> Model:
-    return Model.from_arrays(*together(*(sheet(np.asarray(line, float)) for line in lines)))
+def sheets(*lines: ArrayLike) -> Surface:
+    return Surface.from_soup(
+        PolygonMesh.from_faces(*together(*(sheet(np.asarray(line, float)) for line in lines)))
+    )
 
 
 def arc(begin: float, end: float, count: int = 60, radius: float = 1.0) -> Points:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 
 
-def revolve(profile: Points, count: int, *, closed: bool) -> Model:
+def revolve(profile: Points, count: int, *, closed: bool) -> Surface:
     """Triangles of a profile (k, 2) of radii and heights, turned about z; closed: a polygon."""
     k = len(profile)
     turn = np.arange(count) * 2.0 * np.pi / count
@@ -17,19 +18,21 @@ def revolve(profile: Points, count: int, *, closed: bool) -> Model:
     here, there = i.ravel() * k, (i.ravel() + 1) % count * k
     low, high = j.ravel(), (j.ravel() + 1) % k
     quads = here + low, there + low, there + high, here + high
-    return Model.from_arrays(
-        points,
-        np.concatenate([np.stack(quads[:3], 1), np.stack([quads[0], *quads[2:]], 1)]),
+    return Surface.from_soup(
+        PolygonMesh.from_faces(
+            points,
+            np.concatenate([np.stack(quads[:3], 1), np.stack([quads[0], *quads[2:]], 1)]),
+        )
     )
 
 
-def can() -> Model:
+def can() -> Surface:
     """A cylinder of radius 1 with a lid at z = 1, whose rim is a crease of a right angle."""
     profile = [(1e-4, 1.0), (0.5, 1.0), (1.0, 1.0), (1.0, 0.5), (1.0, 0.0), (1.0, -1.0)]
     return revolve(np.array(profile), 96, closed=False)
 
 
-def torus() -> Model:
+def torus() -> Surface:
     """Round but for a crease on its top, at radius 1: two arcs that meet there at an angle."""
     turn = np.linspace(np.radians(110.0), np.radians(430.0), 41)
     section = 0.4 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
@@ -50,7 +53,7 @@ def top() -> Points:
     return rim() * [1.0, 1.0, 0.0]
 
 
-def ring(model: Model, crease: Points, clicks: int, start: float, off: float) -> Points:
+def ring(model: Surface, crease: Points, clicks: int, start: float, off: float) -> Points:
     """(clicks, 3) places about a crease around z, up to ``off`` beside it, on the model."""
     share = (start + np.arange(clicks)) / clicks % 1.0
     feet = crease[np.round(share * (len(crease) - 1)).astype(np.int64)]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 
 #: Half of the sheet's side, and where the feet are, left and right of the middle.
 HALF, FOOT = 1.0, 0.4
@@ -28,7 +28,7 @@ def ring(radius: float, n: int = AROUND) -> Points:
 
 
 @cache
-def bridge() -> Ground:
+def bridge() -> Surface:
     """A square sheet, finer towards two round holes, and half a ring of a tube between them."""
     radii = THIN * 1.35 ** np.arange(13)
     near = [ring(r) + np.array([x, 0.0]) for x in (-FOOT, FOOT) for r in radii]
@@ -59,4 +59,4 @@ def bridge() -> Ground:
     tube = np.stack(
         [np.stack([low, low_next, high_next], -1), np.stack([low, high_next, high], -1)]
     ).reshape(-1, 3)
-    return Ground.of(np.concatenate(points), np.concatenate([corners, tube]))
+    return Surface.from_arrays(np.concatenate(points), np.concatenate([corners, tube])).orient()

@@ -9,10 +9,11 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network import Network, check_network, walk_face
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve
 
 #: Sizes in the unit that is drawn in.
 SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, sampling=0.02)
@@ -21,17 +22,17 @@ SQUARE = ((0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0))
 
 
 @cache
-def plane() -> Ground:
+def plane() -> Surface:
     """A sheet from -5 to 5 both ways."""
     vertices = np.array([[-5, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]], float)
-    return Ground.of(vertices, [[0, 1, 2], [0, 2, 3]])
+    return Surface.from_arrays(vertices, [[0, 1, 2], [0, 2, 3]]).orient()
 
 
 @cache
-def sphere() -> Ground:
+def sphere() -> Surface:
     """The unit sphere, 5,120 triangles."""
     mesh = trimesh.creation.icosphere(subdivisions=4)
-    return Ground.of(mesh.vertices, mesh.faces)
+    return Surface.from_arrays(mesh.vertices, mesh.faces).orient()
 
 
 def even(points: ArrayLike, closed: bool = False, step: float = SIZES.sampling) -> Points:

@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.network import AtNode, Network, OpenNetwork
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tracing import SurfaceCurve
 from tests.support.retopo.surfaces import grid
 
 #: Of the cases in the plane.
@@ -17,12 +18,12 @@ SIZES = Sizes(snap=0.25, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.5, sam
 
 
 @cache
-def plane_surface(half: float = 8.0, spacing: float = 0.1) -> Ground:
+def plane_surface(half: float = 8.0, spacing: float = 0.1) -> Surface:
     """A square of the plane z = 0 around the origin, seen from above; its grid is jittered, so
     that nothing lies along it."""
     n = round(2 * half / spacing)
     flat, faces = grid(n, n, spacing, 7, (-half, -half))
-    return Ground.of(np.c_[flat, np.zeros(len(flat))], faces)
+    return Surface.from_arrays(np.c_[flat, np.zeros(len(flat))], faces).orient()
 
 
 def line(*corners: tuple[float, float], spacing: float = 0.05) -> np.ndarray:

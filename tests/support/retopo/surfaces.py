@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Surface
 
 
 def grid(
@@ -38,12 +38,12 @@ def raised(flat: np.ndarray, height: Callable[[np.ndarray, np.ndarray], np.ndarr
     return np.c_[flat, height(flat[:, 0], flat[:, 1])]
 
 
-def plane(columns: int = 20, rows: int = 20, step: float = 0.1, seed: int | None = 0) -> Ground:
+def plane(columns: int = 20, rows: int = 20, step: float = 0.1, seed: int | None = 0) -> Surface:
     flat, faces = grid(columns, rows, step, seed)
-    return Ground.of(raised(flat, lambda x, y: 0.0 * x), faces)
+    return Surface.from_arrays(raised(flat, lambda x, y: 0.0 * x), faces).orient()
 
 
-def tube(around: int = 32, along: int = 20, length: float = 2.0) -> Ground:
+def tube(around: int = 32, along: int = 20, length: float = 2.0) -> Surface:
     """A prism with a regular polygon across, radius 1, open at both ends; it can be unrolled."""
     turn = 2.0 * np.pi * np.arange(around) / around
     height = np.linspace(0.0, length, along + 1)
@@ -52,10 +52,10 @@ def tube(around: int = 32, along: int = 20, length: float = 2.0) -> Ground:
     a, b = i * around + j, i * around + (j + 1) % around
     c, d = b + around, a + around
     faces = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).reshape(-1, 3)
-    return Ground.of(points, faces)
+    return Surface.from_arrays(points, faces).orient()
 
 
-def sphere(level: int = 3) -> Ground:
+def sphere(level: int = 3) -> Surface:
     """An icosahedron, cut and blown up ``level`` times."""
     g = (1.0 + np.sqrt(5.0)) / 2.0
     points = np.array([(s, t * g, 0.0) for s in (-1, 1) for t in (-1, 1)])
@@ -77,10 +77,10 @@ def sphere(level: int = 3) -> Ground:
         corner /= np.linalg.norm(corner, axis=2, keepdims=True)
     corner /= np.linalg.norm(corner, axis=2, keepdims=True)
     places, number = np.unique(np.round(corner.reshape(-1, 3), 12), axis=0, return_inverse=True)
-    return Ground.of(places, number.reshape(-1, 3))
+    return Surface.from_arrays(places, number.reshape(-1, 3)).orient()
 
 
-def bumps(seed: int, n: int = 24) -> Ground:
+def bumps(seed: int, n: int = 24) -> Surface:
     """A hilly square with a jittered grid."""
     flat, faces = grid(n, n, 1.0 / n, seed)
     rng = np.random.default_rng(seed)
@@ -93,4 +93,4 @@ def bumps(seed: int, n: int = 24) -> Ground:
             np.zeros_like(x),
         )
 
-    return Ground.of(raised(flat, height), faces)
+    return Surface.from_arrays(raised(flat, height), faces).orient()

@@ -7,8 +7,9 @@ from functools import cache
 import numpy as np
 from bodies import body
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.files.networkjson import spline_through
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, Template, box_template, register
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.keymap import Effect
@@ -29,7 +30,11 @@ def car_template() -> Template:
 def car_laid() -> Registration:
     car = body("sedan", COARSE, whole=True)
     curves = {c.name: spline_through(c.smooth) for c in car.features if c.kind != "hidden"}
-    return register(Model.from_arrays(car.points, car.triangles), curves, car_template())
+    return register(
+        Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles)),
+        curves,
+        car_template(),
+    )
 
 
 @cache

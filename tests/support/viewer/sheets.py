@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
 from tests.support.viewer.sayings import read_sheet
 from viewer.facts import FactSheet
@@ -28,15 +28,17 @@ ROOM = (1040.0, 860.0)
 
 
 @cache
-def sheet() -> Ground:
+def sheet() -> Surface:
     """z = 0 from -5 to 5 both ways."""
     n = 60
     x, y = np.meshgrid(np.linspace(-5.0, 5.0, n + 1), np.linspace(-5.0, 5.0, n + 1))
-    return Ground.of(np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1), cells(n, n))
+    return Surface.from_arrays(
+        np.stack([x.ravel(), y.ravel(), 0.0 * x.ravel()], axis=1), cells(n, n)
+    ).orient()
 
 
 @cache
-def tube() -> Ground:
+def tube() -> Surface:
     """x^2 + y^2 = 1, open at z = -3 and z = 3."""
     n, m = 48, 24
     angle = 2.0 * np.pi * np.arange(n) / n
@@ -52,7 +54,9 @@ def tube() -> Ground:
     a = (np.arange(m)[:, None] * n + np.arange(n)).ravel()
     b = (np.arange(m)[:, None] * n + (np.arange(n) + 1) % n).ravel()
     quads = np.stack([a, b, b + n, a + n], axis=1)
-    return Ground.of(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    return Surface.from_arrays(
+        points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    ).orient()
 
 
 def cells(n: int, m: int) -> np.ndarray:
@@ -62,7 +66,7 @@ def cells(n: int, m: int) -> np.ndarray:
     return np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
 
 
-def opened(source: PatternSource, surface: Ground | None = None) -> RetopoState:
+def opened(source: PatternSource, surface: Surface | None = None) -> RetopoState:
     """A state on the sheet, seen from above, or on another surface."""
     state = RetopoState(Editor(sheet() if surface is None else surface, source))
     texts(state)

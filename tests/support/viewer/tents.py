@@ -7,9 +7,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.edits import DrawnCurve
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap
 from tests.support.viewer.sayings import read_sheet
 from viewer.facts import FactSheet
@@ -39,9 +40,9 @@ def grid() -> tuple[Points, NDArray[np.int64]]:
 
 
 @cache
-def tent() -> Model:
+def tent() -> Surface:
     """The roof."""
-    return Model.from_arrays(*grid())
+    return Surface.from_soup(PolygonMesh.from_faces(*grid()))
 
 
 def opened(**options: object) -> FeatureState:

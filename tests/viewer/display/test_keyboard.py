@@ -199,7 +199,7 @@ def test_any_window_is_used_by_the_keyboard_alone(shown: Shown, name: str) -> No
     shown.until(f"{FOCUS} is {picture}")
 
 
-#: Ground and marks of the legend, as they are on the screen: the lightness of a corner of the
+#: Surface and marks of the legend, as they are on the screen: the lightness of a corner of the
 #: picture, and the least and the greatest of the text beside it; 0 to 255.
 SEEN = """(lambda picture, text: [picture.pixelColor(3, 3).lightness(), *(
     f(text.pixelColor(x, y).lightness() for x in range(text.width())

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.edits import snap_curve
-from patterndb_sketch.features.model import Model
 from tests.support.viewer.tents import (
     at,
     click,
@@ -58,11 +59,13 @@ def test_hidden_curves_are_not_under_the_pointer(curved: FeatureState) -> None:
     # From below, the roof itself hides its ridge, unless one can see through.
     below = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
     curved.camera.view = replace(curved.camera.view, axes=below)
-    shifted = curved.editing.model.points.copy()
+    shifted = curved.editing.model.vertices.copy()
     shifted[:, 2] -= 2.0
     faces = curved.editing.model.triangles
-    both = np.concatenate([curved.editing.model.points, shifted])
-    curved.editing.model = Model.from_arrays(both, np.concatenate([faces, faces + len(shifted)]))
+    both = np.concatenate([curved.editing.model.vertices, shifted])
+    curved.editing.model = Surface.from_soup(
+        PolygonMesh.from_faces(both, np.concatenate([faces, faces + len(shifted)]))
+    )
     curved.move(*at(curved, *line[60]))
     assert curved.under() is None
     keys(curved, "m")

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from tests.support.viewer.tents import click, curve_of, drawn, held, keys, line_of
@@ -20,7 +21,7 @@ from viewer.features.facts import CLOSING, HINTS
 TOP, FOOT, HEIGHT = 0.5, 0.9, -0.5
 
 
-def frustum() -> Model:
+def frustum() -> Surface:
     """A cone cut off at z = 0, whose rim there is a circle of radius TOP."""
     count = 72
     turn = np.arange(count) * 2.0 * np.pi / count
@@ -31,7 +32,7 @@ def frustum() -> Model:
     faces = [np.stack([low + a, low + count + a, low + b], axis=1) for low in (0, count)] + [
         np.stack([low + b, low + count + a, low + count + b], axis=1) for low in (0, count)
     ]
-    return Model.from_arrays(np.concatenate(rings), np.concatenate(faces))
+    return Surface.from_soup(PolygonMesh.from_faces(np.concatenate(rings), np.concatenate(faces)))
 
 
 def beside(count: int = 7) -> Points:

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from tests.support.viewer.tents import (
     BESIDE,
@@ -77,9 +78,11 @@ def test_clicks_into_a_narrow_gap_count_for_what_is_beside_it() -> None:
     front = points - (0.0, 0.004, 0.0)
     n = len(points)
     floor = np.array([[-1.0, -0.6, -2.0], [1.0, -0.6, -2.0], [1.0, 0.6, -2.0], [-1.0, 0.6, -2.0]])
-    model = Model.from_arrays(
-        np.concatenate([front, front * (1.0, -1.0, 1.0), floor]),
-        np.concatenate([half, half + n, 2 * n + np.array([[0, 1, 2], [0, 2, 3]])]),
+    model = Surface.from_soup(
+        PolygonMesh.from_faces(
+            np.concatenate([front, front * (1.0, -1.0, 1.0), floor]),
+            np.concatenate([half, half + n, 2 * n + np.array([[0, 1, 2], [0, 2, 3]])]),
+        )
     )
     view, room = replace(opened_view(), focus=np.zeros(3)), (800.0, 800.0)
 
@@ -88,7 +91,7 @@ def test_clicks_into_a_narrow_gap_count_for_what_is_beside_it() -> None:
         return find_surface_point(view, model, room, x, y)
 
     place = to_picture_place(room, *view.seen(np.array([0.2, 0.0, 0.0]))[:2].tolist())
-    through = model.first_hits(*make_matrix_camera(view, model, room).rays(place[None]))
+    through = model.cast_rays(*make_matrix_camera(view, model, room).rays(place[None]))
     assert through.points[0, 2] == pytest.approx(-2.0)
     beside = seen_at(view, 0.2, 0.0, 0.0)
     assert beside == pytest.approx(np.array([0.2, 0.0, 0.0]), abs=0.02)

@@ -36,7 +36,7 @@ def test_a_pulled_sample_is_pinned_where_the_pointer_is(curved: FeatureState) ->
     seen = make_matrix_camera(curved.camera.view, curved.editing.model, curved.camera.room)
     moved = seen.seen_at(point[None])[0] - seen.seen_at(snap.curve.samples[sample][None])[0]
     assert moved == pytest.approx(np.array(target) - begun, abs=1e-6)
-    assert curved.editing.model.nearest(point[None]).lengths[0] < 1e-9
+    assert curved.editing.model.measure_distances(point[None])[0] < 1e-9
     alone = snap.with_constraints(((sample, point),)).curve
     assert (held(curved).curve.samples == alone.samples).all()
     found = held(curved).curve

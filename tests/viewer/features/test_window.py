@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from bodies import body, degrade, stroke
 
-from patterndb_sketch.features.model import Model
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
     read_network,
@@ -74,7 +75,7 @@ def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
 def test_mended_and_failed_ribs_are_marked() -> None:
     clean = body("city car", 0.4)
     mess = degrade(clean, 3, uneven=True, gaps=0.004, crossings=0.004)
-    state = FeatureState(Model.from_arrays(mess.points, mess.triangles))
+    state = FeatureState(Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles)))
     try:
         FeaturePainter().compose(state, 1040.0, 860.0)
         keys(state, "c")

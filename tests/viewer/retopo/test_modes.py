@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, Word
 from patterndb_sketch.retopo.editor import TOOLS
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.tool import Result, Tool
 from query.engine import PatternSource
 from tests.support.viewer.sheets import at, curves, keys, opened, press, square, tube
@@ -126,14 +126,16 @@ def test_what_the_pointer_is_on_is_what_is_seen_there(source: PatternSource) -> 
         state.close()
 
 
-def box(base: int, *, upwards: bool = False) -> Ground:
+def box(base: int, *, upwards: bool = False) -> Surface:
     """A pyramid with a square base of 2, at the lower end of an axis or the upper one."""
     corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 0, 3]], np.float64)
     faces = np.array([[0, 2, 1], [0, 3, 2], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
     if upwards:
         corners[:, 2] *= -1.0
         faces = faces[:, ::-1]
-    return Ground.of(np.roll(corners, base + 1, axis=1), np.ascontiguousarray(faces))
+    return Surface.from_arrays(
+        np.roll(corners, base + 1, axis=1), np.ascontiguousarray(faces)
+    ).orient()
 
 
 def test_what_stands_along_z_is_upright_at_first(source: PatternSource) -> None:

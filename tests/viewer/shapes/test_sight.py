@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
-from patterndb_sketch.features.model import Model
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from tests.support.viewer.shapes import keys, seen
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
@@ -18,7 +19,7 @@ def test_curves_in_sight_are_what_rays_meet_first(state: ShapesState) -> None:
     """Against rays through the triangles: a curve's vertex is in sight if nothing is in front
     of it, and not if something is, there and around. Beside the rim of what hides it, it may be
     either."""
-    model = Model.from_arrays(state.shaping.points, state.skin.vertices)
+    model = Surface.from_soup(PolygonMesh.from_faces(state.shaping.points, state.skin.vertices))
     around = 7.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1]])
     for turn in ((0.0, 0.0), (250.0, 40.0), (-120.0, 180.0)):
         state.camera.aim(state.camera.view.turned(*turn))
@@ -28,9 +29,9 @@ def test_curves_in_sight_are_what_rays_meet_first(state: ShapesState) -> None:
         ahead = []
         for shift in around:
             starts = points + far * axes[2] + shift @ axes[:2] / state.camera.view.scale
-            hits = model.first_hits(starts, np.tile(-axes[2], (len(points), 1)))
+            hits = model.cast_rays(starts, np.tile(-axes[2], (len(points), 1)))
             # A ray beside the shape meets nothing: then nothing is in front.
-            ahead.append(np.where(hits.found, far - hits.lengths, 0.0) * state.camera.view.scale)
+            ahead.append(np.where(hits.found, far - hits.distances, 0.0) * state.camera.view.scale)
         shown = state.sight.visible(places)
         clear, hidden = ahead[0] < 0.5, np.min(ahead, axis=0) > 25.0
         assert clear.sum() > 20 and hidden.sum() > 20

@@ -12,6 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb.system.documents import JsonValue, parse_json
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.curvesjson import curves_document, read_curves, write_curves
@@ -24,7 +26,6 @@ from patterndb_sketch.features.files.strokesjson import (
     strokes_of,
     write_strokes,
 )
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
@@ -70,13 +71,13 @@ some_points = st.lists(st.tuples(*[st.floats(-1e6, 1e6)] * 3), min_size=2, max_s
 
 
 @pytest.fixture(scope="module")
-def model() -> Model:
+def model() -> Surface:
     car = body("sedan", 0.5, whole=True)
-    return Model.from_arrays(car.points, car.triangles)
+    return Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles))
 
 
 @pytest.fixture(scope="module")
-def found(model: Model) -> list[RecoveredCurve]:
+def found(model: Surface) -> list[RecoveredCurve]:
     car = body("sedan", 0.5, whole=True)
     rail, shoulder = (FeatureStroke(name, stroke(car, name)) for name in NAMES)
     held = car.feature("roof_rail").points[[5]]
@@ -206,7 +207,7 @@ def test_a_curve_passes_through_what_is_held(found: list[RecoveredCurve]) -> Non
     assert at[0] == pytest.approx(point, abs=1e-9)
 
 
-def test_figures_are_distances(model: Model, found: list[RecoveredCurve]) -> None:
+def test_figures_are_distances(model: Surface, found: list[RecoveredCurve]) -> None:
     """As another way of measuring gives them: to a dense cloud of points of the curve."""
     for one in found:
         dense = one.curve.spline.sample(20_001)
@@ -216,7 +217,7 @@ def test_figures_are_distances(model: Model, found: list[RecoveredCurve]) -> Non
         )
         assert one.figures.fit.most >= off.max() - 1e-4
         assert one.figures.length == pytest.approx(one.curve.spline.length)
-        away = model.nearest(dense).lengths
+        away = model.measure_distances(dense)
         assert one.figures.off.most == pytest.approx(away.max(), rel=0.05, abs=1e-4)
         assert one.figures.moved.mean <= one.figures.moved.most
         # The stroke was at most twice 1 % of the diagonal off, and the curve is on the feature.
@@ -233,18 +234,18 @@ def test_two_held_points_at_one_sample_are_refused() -> None:
         find_held_samples(samples, [[0.9, 1, 0], [1.1, 0, 0]])
 
 
-def test_an_error_names_the_stroke(model: Model) -> None:
+def test_an_error_names_the_stroke(model: Surface) -> None:
     far = FeatureStroke("far", np.array([[90.0, 0, 0], [91.0, 0, 0]]))
     with pytest.raises(InvalidFeatureError, match=r"stroke 'far': none of its points is near"):
         recover_curve(model, far)
 
 
-def test_what_is_far_off_the_model_is_refused(model: Model) -> None:
-    points = model.mesh.points[:2]
+def test_what_is_far_off_the_model_is_refused(model: Surface) -> None:
+    points = model.vertices[:2]
     with pytest.raises(InvalidFeatureError, match="none of its points is near the model"):
         recover_curve(model, FeatureStroke("far", points + 3.0 * model.diagonal))
     # In another unit all strokes are one place, which ribs may reach.
-    top = model.mesh.points[model.mesh.points[:, 2].argmax()] + [0.0, 0.0, 0.02 * model.diagonal]
+    top = model.vertices[model.vertices[:, 2].argmax()] + [0.0, 0.0, 0.02 * model.diagonal]
     small = top + 1e-4 * model.diagonal * np.arange(3.0)[:, None]
     with pytest.raises(
         InvalidFeatureError,

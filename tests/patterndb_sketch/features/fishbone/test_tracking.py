@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb.core.halfedge import Int64Array
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import cut, track_crease
 from patterndb_sketch.features.fishbone.tracking import LEAP
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
 
@@ -75,7 +76,7 @@ def test_a_negative_price_is_told() -> None:
 STRONG, WEAK = 0.0, 0.08
 
 
-def terrace() -> Model:
+def terrace() -> Surface:
     """Sheets along x that bend by 70 degrees at STRONG, and by 25 the same way at WEAK."""
     y = np.array([-0.1, STRONG, WEAK, 1.0])
     rises = np.tan(np.radians([85.0, 15.0, -10.0])) * np.diff(y)
@@ -84,16 +85,18 @@ def terrace() -> Model:
     points = np.array([(a, b, c) for a in x for b, c in zip(y, z, strict=True)])
     i, j = np.meshgrid(np.arange(40), np.arange(3), indexing="ij")
     a = (4 * i + j).ravel()
-    return Model.from_arrays(
-        points, np.concatenate([np.c_[a, a + 4, a + 1], np.c_[a + 1, a + 4, a + 5]])
+    return Surface.from_soup(
+        PolygonMesh.from_faces(
+            points, np.concatenate([np.c_[a, a + 4, a + 1], np.c_[a + 1, a + 4, a + 5]])
+        )
     )
 
 
-def beside(model: Model) -> Points:
+def beside(model: Surface) -> Points:
     """A stroke along the weak crease that is drawn nearer to the strong one."""
     x = np.linspace(0.4, 2.2, 6)
     above = np.stack([x, np.full(6, 0.03), np.full(6, 3.0)], axis=1)
-    return model.first_hits(above, np.tile([0.0, 0.0, -1.0], (6, 1))).points
+    return model.cast_rays(above, np.tile([0.0, 0.0, -1.0], (6, 1))).points
 
 
 @pytest.mark.parametrize("at", [0.5, 0.2])
@@ -107,7 +110,7 @@ def test_one_pin_brings_the_whole_curve_to_its_crease(at: float) -> None:
     assert np.abs(begun.curve.spline.sample(100)[:, 1] - STRONG).mean() < 0.01
     sample = int(at * m)
     x = begun.curve.samples[sample, 0]
-    height = float(model.points[np.abs(model.points[:, 1] - WEAK) < 1e-9][0, 2])
+    height = float(model.vertices[np.abs(model.vertices[:, 1] - WEAK) < 1e-9][0, 2])
     pin = [(sample, np.array([x, WEAK, height]))]
     for curve in (
         snap(model, rough, constraints=pin),

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import register
 from patterndb_sketch.features.registration.frame import (
@@ -52,7 +54,7 @@ def test_every_wrong_frame_is_refused_and_the_right_one_is_found(number: int) ->
 def test_another_unit_of_length_is_told(scale: float, number: int) -> None:
     """Of a model that is turned, too: by the ratio, with which the curves would lie on it."""
     turned = TURNS[number].turn_model(car_model())
-    model = type(turned).from_arrays(scale * turned.points, turned.triangles)
+    model = Surface.from_soup(PolygonMesh.from_faces(scale * turned.vertices, turned.triangles))
     found, turn, share = find_scale(model, car_curves().values())
     assert found == pytest.approx(scale) and share > 0.9
     assert turn == find_turn(turned, car_curves().values())[0]
@@ -64,7 +66,7 @@ def test_another_unit_of_length_is_told(scale: float, number: int) -> None:
 def test_a_model_of_another_size_is_refused(scale: float) -> None:
     """Scaled by what is no ratio of units."""
     model = car_model()
-    other = type(model).from_arrays(scale * model.points, model.triangles)
+    other = Surface.from_soup(PolygonMesh.from_faces(scale * model.vertices, model.triangles))
     with pytest.raises(InvalidFeatureError, match="is it another model's network"):
         register(other, car_curves(), car_template())
 
@@ -80,7 +82,7 @@ def test_the_curves_of_the_other_half_are_refused() -> None:
     check_frame(model, curves.values())
     with pytest.raises(InvalidFeatureError, match="those of the other half"):
         register(model, curves, car_template())
-    mirrored = type(model).from_arrays(model.points * mirror, model.triangles)
+    mirrored = Surface.from_soup(PolygonMesh.from_faces(model.vertices * mirror, model.triangles))
     found = register(mirrored, car_curves(), car_template()).points
     assert found == pytest.approx(laid().points, abs=1e-6)
 
@@ -90,7 +92,7 @@ def test_mirror_images_along_the_car_are_refused() -> None:
     for axis in (0, 2):
         sign = np.where(np.arange(3) == axis, -1.0, 1.0)
         model = car_model()
-        other = type(model).from_arrays(model.points * sign, model.triangles)
+        other = Surface.from_soup(PolygonMesh.from_faces(model.vertices * sign, model.triangles))
         with pytest.raises(InvalidFeatureError, match="--turn ") as raised:
             register(other, car_curves(), car_template())
         turn = Turn.parse(str(raised.value).split("--turn ")[1].split(")")[0])
@@ -101,7 +103,9 @@ def test_mirror_images_along_the_car_are_refused() -> None:
 def test_the_network_of_another_model_is_refused() -> None:
     """No turn brings them together: the message says so."""
     model = car_model()
-    away = type(model).from_arrays(model.points + np.array([0.0, 9.0, 0.0]), model.triangles)
+    away = Surface.from_soup(
+        PolygonMesh.from_faces(model.vertices + np.array([0.0, 9.0, 0.0]), model.triangles)
+    )
     with pytest.raises(InvalidFeatureError, match="is it another model's network"):
         register(away, car_curves(), car_template())
 

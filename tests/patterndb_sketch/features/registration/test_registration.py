@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import FeatureChain, Template, TemplatePart, register
 from patterndb_sketch.features.registration.mapping import (
     Hits,
@@ -84,7 +85,9 @@ def test_of_nested_spheres_the_outer_is_hit(seed: int) -> None:
     """From inside, between and outside them, along normals that point away from the middle;
     from a hollow part the nearer one."""
     rng = np.random.default_rng(seed)
-    model = Model.from_arrays(*together(sphere(40, 80, 1.0), sphere(40, 80, 2.0)))
+    model = Surface.from_soup(
+        PolygonMesh.from_faces(*together(sphere(40, 80, 1.0), sphere(40, 80, 2.0)))
+    )
     normals = rng.normal(size=(60, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     radius = rng.uniform(0.1, 3.0, 60)
@@ -104,7 +107,7 @@ def test_of_nested_spheres_the_outer_is_hit(seed: int) -> None:
 
 
 def test_without_a_hit_there_is_doubt_alone() -> None:
-    model = Model.from_arrays(*sphere())
+    model = Surface.from_soup(PolygonMesh.from_faces(*sphere()))
     points = np.array([[5.0, 0, 0], [0.0, 0, 0], [0.0, 0, 0], [0.0, 0, 0.5]])
     normals = np.array([[0.0, 0, 1], [0.0, 0, 0], [0.0, 0, 1], [0.0, 0, 1]])
     lines = Lines(points, normals, np.array([True, True, False, True]), np.zeros(4, bool))
@@ -147,10 +150,10 @@ def test_with_doubt_alone_the_mapping_is_the_membrane() -> None:
 
 def test_a_sheet_is_laid_on_a_hill() -> None:
     """One round comes near, more come nearer; feature vertices are on the straight rim."""
-    model = Model.from_arrays(*hill())
+    model = Surface.from_soup(PolygonMesh.from_faces(*hill()))
     found = [register(model, rim(), sheet(13), rounds=rounds) for rounds in (1, 4)]
-    away = [model.nearest(one.points).lengths.max() for one in found]
-    height = model.nearest(found[0].membrane).lengths.max()
+    away = [model.measure_distances(one.points).max() for one in found]
+    height = model.measure_distances(found[0].membrane).max()
     assert away[0] < 0.1 * height and away[1] < 5e-3 * height
     for one in found:
         assert one.projected[~one.fixed].all() and not one.notes
@@ -159,21 +162,23 @@ def test_a_sheet_is_laid_on_a_hill() -> None:
         assert len(one.points) == 169
 
 
-def spiked(at: tuple[float, float], out: float) -> Model:
+def spiked(at: tuple[float, float], out: float) -> Surface:
     """The hill with a narrow spike, and a strut that is far above and on one side."""
     points, triangles = hill()
     x, y = at
     z = float(bump(np.array(x), np.array(y)))
     low = [[x - 0.03, y - 0.03, z], [x + 0.03, y - 0.03, z], [x, y + 0.04, z], [x, y, z + out]]
     faces = np.array([[0, 1, 3], [1, 2, 3], [2, 0, 3], [0, 2, 1]])
-    return Model.from_arrays(*together((points, triangles), (np.array(low), faces)))
+    return Surface.from_soup(
+        PolygonMesh.from_faces(*together((points, triangles), (np.array(low), faces)))
+    )
 
 
 def test_a_spike_like_a_mirror_is_ignored() -> None:
     """Outermost there is the spike, far beyond reach: smoothness bridges it. A vertex's hit
     that is taken at its word would be at the tip."""
     template = sheet(13)
-    plain = register(Model.from_arrays(*hill()), rim(), template)
+    plain = register(Surface.from_soup(PolygonMesh.from_faces(*hill())), rim(), template)
     vertex = 6 * 13 + 4
     at = (float(plain.points[vertex, 0]), float(plain.points[vertex, 1]))
     model = spiked(at, 0.4)
@@ -190,7 +195,7 @@ def test_a_spike_like_a_mirror_is_ignored() -> None:
 
 
 def test_delta_says_how_far_a_hit_may_be() -> None:
-    model = Model.from_arrays(*hill(height=0.3))
+    model = Surface.from_soup(PolygonMesh.from_faces(*hill(height=0.3)))
     template = sheet(13)
     near, far = (register(model, rim(), template, delta=delta) for delta in (1.0, 3.0))
     edge = 1.0 / 12.0
@@ -202,7 +207,7 @@ def test_delta_says_how_far_a_hit_may_be() -> None:
 
 
 def test_what_means_nothing_is_refused() -> None:
-    model = Model.from_arrays(*hill())
+    model = Surface.from_soup(PolygonMesh.from_faces(*hill()))
     for change in ({"delta": 0.0}, {"delta": np.nan}, {"rounds": 0}, {"rounds": 21}):
         with pytest.raises(InvalidFeatureError):
             register(model, rim(), SHEET, **change)
@@ -308,16 +313,18 @@ def test_a_car_is_laid_on_its_body_though_it_is_torn_and_cluttered() -> None:
         exterior=True, shuffle=True,
     )  # fmt: skip
     messy = register(
-        Model.from_arrays(mess.points, mess.triangles), car_curves(name), car_template()
+        Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles)),
+        car_curves(name),
+        car_template(),
     )
     assert np.array_equal(messy.points[messy.fixed], clean.points[clean.fixed])
     template = car_template()
     skin = np.zeros(len(messy.points), bool)
     skin[: template.n_vertices] = template.of_part < 2
     skin &= ~messy.occluded & ~messy.fixed
-    away = car_model(name).nearest(messy.points[skin]).lengths / car(name).diagonal
+    away = car_model(name).measure_distances(messy.points[skin]) / car(name).diagonal
     assert away.mean() < 0.004 and away.max() < 0.02
-    before = car_model(name).nearest(messy.membrane[skin]).lengths / car(name).diagonal
+    before = car_model(name).measure_distances(messy.membrane[skin]) / car(name).diagonal
     assert away.mean() < 0.5 * before.mean()
 
 

@@ -8,9 +8,10 @@ from bodies import body, degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
 from tests.support.features.ribs import (
     ACROSS,
@@ -111,7 +112,7 @@ class TestCorners:
         """97 of 100 to a ten-thousandth of the diagonal, and none is a mere scrap."""
         car = body("wagon")
         mess = degrade(car, 1, **state)  # pyright: ignore[reportArgumentType]
-        model = Model.from_arrays(mess.points, mess.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
         away, sizes = [], []
         for name in ("shoulder", "roof_rail", "hood_edge", "rear_bottom", "sill_middle"):
             line = car.feature(name).points

@@ -9,8 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.features.registration.mapping import find_outermost
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
 from tests.support.features.models import to_model
 from tests.support.features.ribs import ACROSS, FARTHEST, GAP, arc, flat, sheets, sound, to_polyline
@@ -125,12 +127,12 @@ class TestRepair:
         """A simple polygon of original points and of corners restored in gaps; near the true
         surface for the most part."""
         car = body("city car", whole=True)
-        clean = Model.from_arrays(car.points, car.triangles)
+        clean = Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles))
         mess = degrade(
             car, 1, uneven=True, cuts=3, gaps=0.001, crossings=0.003, flips=0.5,
             interior=True, exterior=True, shuffle=True,
         )  # fmt: skip
-        model = Model.from_arrays(mess.points, mess.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
         line = car.feature(name).smooth[20:-20:20]
         origins = model.nearest(line[1:-1]).points
         ribs = build_ribs(model, origins, line[2:] - line[:-2])
@@ -139,13 +141,15 @@ class TestRepair:
         for rib in ribs:
             sound(rib)
             inner = rib.polygon[1:-1]
-            off = model.nearest(inner).lengths
+            off = model.measure_distances(inner)
             assert off.max() < (FARTHEST * GAP * RADIUS if rib.joined else 1e-9) * model.diagonal
             added.append(off > 1e-9 * model.diagonal)
-            near = model.within_box(rib.polygon.min(axis=0) - 1e-6, rib.polygon.max(axis=0) + 1e-6)
+            low, high = rib.polygon.min(axis=0) - 1e-6, rib.polygon.max(axis=0) + 1e-6
+            near = (model.corners.min(axis=1) <= high) & (model.corners.max(axis=1) >= low)
+            near = near.all(axis=1)
             if len(inner) < 12:
                 assert to_model(inner, model.corners[near]) == pytest.approx(off, abs=1e-9)
-            away.append(clean.nearest(rib.points).lengths)
+            away.append(clean.measure_distances(rib.points))
         assert np.median(np.concatenate(away)) < 5e-4 * model.diagonal
         assert np.concatenate(added).mean() < 0.1
         true = build_ribs(clean, line[1:-1], line[2:] - line[:-2])
@@ -161,12 +165,13 @@ class TestRepair:
         path = SHARED / "data" / "cad" / f"{name}.obj"
         if not path.exists():
             pytest.skip("the shared vehicles are not beside the checkout")
-        model = Model.from_polygons(read_mesh(path))
+        model = Surface.from_soup(read_mesh(path))
         rng = np.random.default_rng(0)
         ways = rng.normal(size=(60, 3))
-        middle = 0.5 * (model.points.min(axis=0) + model.points.max(axis=0))
-        hits = model.outermost(middle + 0.0 * ways, ways)
-        ways, origins = ways[hits.found], hits.points[hits.found]
+        middle = 0.5 * (model.vertices.min(axis=0) + model.vertices.max(axis=0))
+        points, lengths = find_outermost(model, middle + 0.0 * ways, ways)
+        met = np.isfinite(lengths)
+        ways, origins = ways[met], points[met]
         ribs = build_ribs(model, origins, np.cross(ways, rng.normal(size=ways.shape)))
         assert any(rib.repaired for rib in ribs)
         outward = []

@@ -8,9 +8,11 @@ from bodies import body, degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration.mapping import find_outermost
 from patterndb_sketch.features.ribs import build_rib, build_ribs, slice_model
 from tests.support.features.models import soup, sphere, together
 from tests.support.features.ribs import ACROSS, BOX, BOX_FACES, bumpy, sound, to_polyline, torus
@@ -20,7 +22,7 @@ class TestCleanMeshes:
     def test_never_take_the_raster_path(self) -> None:
         rng = np.random.default_rng(2)
         for points, faces in (sphere(30, 60), torus(), bumpy(3), (BOX, BOX_FACES)):
-            model = Model.from_arrays(points, faces)
+            model = Surface.from_soup(PolygonMesh.from_faces(points, faces))
             feet = model.nearest(rng.normal(size=(60, 3)))
             a, b, c = model.corners[feet.triangles].transpose(1, 0, 2)
             tangents = np.cross(np.cross(b - a, c - a), rng.normal(size=(60, 3)))
@@ -31,7 +33,7 @@ class TestCleanMeshes:
 
     def test_car_body(self) -> None:
         car = body("sedan", whole=True)
-        model = Model.from_arrays(car.points, car.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles))
         for name in ("roof_rail", "shoulder", "front_arch"):
             line = car.feature(name).smooth[10:-10:10]
             ribs = build_ribs(model, line[1:-1], line[2:] - line[:-2])
@@ -58,7 +60,9 @@ class TestNormals:
             np.stack([n - around + ring, n - around + (ring + 1) % around,
                       np.full(around, n + 1)], 1),
         ])  # fmt: skip
-        model = Model.from_arrays(np.r_[points.reshape(-1, 3), [[0, 0, 1], [0, 0, -1.0]]], faces)
+        model = Surface.from_soup(
+            PolygonMesh.from_faces(np.r_[points.reshape(-1, 3), [[0, 0, 1], [0, 0, -1.0]]], faces)
+        )
         rib = build_rib(model, [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
         assert np.abs(rib.normals - rib.points).max() < 1e-3
         assert rib.backbone == 100
@@ -68,20 +72,20 @@ class TestNormals:
     @given(st.integers(0, 2**32))
     def test_outward_on_closed_shapes(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        model = Model.from_arrays(*bumpy(seed))
+        model = Surface.from_soup(PolygonMesh.from_faces(*bumpy(seed)))
         ways = rng.normal(size=(12, 3))
-        hits = model.outermost(np.zeros((12, 3)), ways)
+        outer, _ = find_outermost(model, np.zeros((12, 3)), ways)
         tangents = np.cross(ways, rng.normal(size=3))
-        for rib in build_ribs(model, hits.points, tangents):
+        for rib in build_ribs(model, outer, tangents):
             assert np.einsum("ij,ij->i", rib.points, rib.normals).min() > 0.0
             step = np.diff(rib.points, axis=0)[rib.backbone % 200]
             assert np.cross(step, rib.axes[2]) @ rib.normals[rib.backbone] > 0.0
-        closed = build_rib(model, hits.points[0], tangents[0], 5.0)
+        closed = build_rib(model, outer[0], tangents[0], 5.0)
         assert closed.closed and np.allclose(closed.points[0], closed.points[-1])
         assert 95 <= closed.backbone <= 105
 
     def test_outward_on_a_box(self) -> None:
-        model = Model.from_arrays(BOX, BOX_FACES)
+        model = Surface.from_soup(PolygonMesh.from_faces(BOX, BOX_FACES))
         for origin in ([0.4, 0.5, 1.0], [1.0, 0.5, 0.3], [1.0, 0.5, 1.0], [0.0, 0.5, 0.0]):
             for radius in (None, 0.3, 3.0):
                 rib = build_rib(model, origin, ACROSS, radius)
@@ -92,19 +96,18 @@ class TestNormals:
         points, faces = sphere(30, 60)
         upper = faces[points[faces][:, :, 2].mean(axis=1) > -0.2]
         inner = (0.7 * points, faces[::3])
-        model = Model.from_arrays(*together((points, upper), inner))
+        model = Surface.from_soup(PolygonMesh.from_faces(*together((points, upper), inner)))
         turn = np.linspace(0.2, 1.5, 40)
-        origins = model.outermost(
-            np.zeros((40, 3)), np.stack([np.sin(turn), 0 * turn, np.cos(turn)], axis=1)
-        ).points
+        ways = np.stack([np.sin(turn), 0 * turn, np.cos(turn)], axis=1)
+        origins, _ = find_outermost(model, np.zeros((40, 3)), ways)
         for rib in build_ribs(model, origins, np.gradient(origins, axis=0)):
             assert np.einsum("ij,ij->i", rib.points, rib.normals).min() > 0.0
 
 
 class TestSamples:
     def test_equal_arc_length(self) -> None:
-        model = Model.from_arrays(*bumpy(5))
-        hit = model.outermost([[0.0, 0, 0]], [[1.0, 2, 3]]).points[0]
+        model = Surface.from_soup(PolygonMesh.from_faces(*bumpy(5)))
+        hit = find_outermost(model, np.zeros((1, 3)), np.array([[1.0, 2, 3]]))[0][0]
         for count in (2, 50, 201):
             rib = build_rib(model, hit, [1.0, 1.0, 0.0], samples=count)
             along = arc_length(rib.polygon)
@@ -122,10 +125,10 @@ class TestSamples:
         car = body("city car")
         mess = degrade(car, seed=3, gaps=0.001, crossings=0.003, interior=True, exterior=True)
         line = car.feature("shoulder").smooth[20:-20:20]
-        model = Model.from_arrays(mess.points, mess.triangles)
+        model = Surface.from_soup(PolygonMesh.from_faces(mess.points, mess.triangles))
         ribs = build_ribs(model, line[1:-1], line[2:] - line[:-2])
         assert any(rib.repaired for rib in ribs)
-        other = Model.from_arrays(*soup(mess.points, mess.triangles, 4))
+        other = Surface.from_soup(PolygonMesh.from_faces(*soup(mess.points, mess.triangles, 4)))
         for one, two in zip(ribs, build_ribs(other, line[1:-1], line[2:] - line[:-2]), strict=True):
             assert one.points.tobytes() == two.points.tobytes()
             assert one.normals.tobytes() == two.normals.tobytes()
@@ -134,11 +137,13 @@ class TestSamples:
 
 class TestRefusals:
     def test_nothing_near(self) -> None:
-        rib = build_rib(Model.from_arrays(*sphere()), [9.0, 0, 0], [0, 0, 1.0])
+        rib = build_rib(
+            Surface.from_soup(PolygonMesh.from_faces(*sphere())), [9.0, 0, 0], [0, 0, 1.0]
+        )
         assert len(rib) == 0 and rib.backbone == -1 and "nothing within" in rib.note
 
     def test_what_is_none(self) -> None:
-        model = Model.from_arrays(*sphere())
+        model = Surface.from_soup(PolygonMesh.from_faces(*sphere()))
         with pytest.raises(InvalidFeatureError, match="must have a length"):
             build_rib(model, [1.0, 0, 0], [0.0, 0, 0])
         with pytest.raises(InvalidFeatureError, match="above 0"):

@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.model import Model
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.ribs import STITCH, build_rib, segments_of, slice_model
 from tests.support.features.models import sphere
 from tests.support.features.ribs import (
@@ -26,7 +27,7 @@ from tests.support.features.ribs import (
 class TestSlices:
     def test_a_sphere_gives_a_circle(self) -> None:
         """Planar to 1e-9, and a circle as far as the mesh is a sphere."""
-        model = Model.from_arrays(*sphere(60, 120))
+        model = Surface.from_soup(PolygonMesh.from_faces(*sphere(60, 120)))
         for normal in ([0.0, 0, 1], [1.0, 0, 0], [0.3, -0.5, 0.8]):
             cut = slice_model(model, [0.2, 0.1, 0.3], normal, 10.0)
             found = segments_of(cut, STITCH * model.diagonal)
@@ -41,7 +42,7 @@ class TestSlices:
             assert arc_length(points)[-1] == pytest.approx(wanted, rel=2e-3)
 
     def test_what_is_farther_than_the_radius_is_dropped(self) -> None:
-        model = Model.from_arrays(*sphere(30, 60))
+        model = Surface.from_soup(PolygonMesh.from_faces(*sphere(30, 60)))
         cut = slice_model(model, [1.0, 0, 0], [0, 0, 1.0])
         away = np.linalg.norm(cut.ends, axis=2)
         radius = 0.05 * model.diagonal
@@ -52,7 +53,7 @@ class TestSlices:
     def test_vertices_on_the_plane(self) -> None:
         """Cuts of closed meshes are closed, wherever their vertices are."""
         for points, faces in (sphere(12, 24), torus(), (BOX, BOX_FACES)):
-            model = Model.from_arrays(points, faces)
+            model = Surface.from_soup(PolygonMesh.from_faces(points, faces))
             rng = np.random.default_rng(1)
             for k in rng.integers(0, len(model.triangles), 40):
                 a, b, c = model.corners[k]
@@ -66,7 +67,7 @@ class TestSlices:
     def test_lengths_against_a_slow_slicer(self, seed: int) -> None:
         """Any plane through any closed shape: every triangle for itself, in space."""
         rng = np.random.default_rng(seed)
-        model = Model.from_arrays(*bumpy(seed))
+        model = Surface.from_soup(PolygonMesh.from_faces(*bumpy(seed)))
         origin, normal = rng.normal(scale=0.4, size=3), rng.normal(size=3)
         radius = float(rng.uniform(0.3, 2.5))
         found = segments_of(slice_model(model, origin, normal, radius), 1e-9)

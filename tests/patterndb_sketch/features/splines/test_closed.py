@@ -15,12 +15,12 @@ from scipy.interpolate import BSpline
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.curvesjson import read_curves, write_curves
 from patterndb_sketch.features.files.strokesjson import read_strokes, write_strokes
 from patterndb_sketch.features.fishbone import cut, track_crease
 from patterndb_sketch.features.initial import find_initial_curve, is_ring
-from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
@@ -46,7 +46,7 @@ def around(points: Points) -> Points:
 
 
 @pytest.fixture(scope="module", params=list(CASES))
-def case(request: pytest.FixtureRequest) -> tuple[Model, Points]:
+def case(request: pytest.FixtureRequest) -> tuple[Surface, Points]:
     """A model and its crease, which goes round."""
     make, crease = CASES[request.param]
     return make(), crease()
@@ -63,7 +63,7 @@ def assert_smooth(spline: Spline) -> None:
         assert np.abs(after - before).max() <= 2e-9 * rise * (1.0 + 1e-6) + 1e-12
 
 
-def test_a_ring_is_found(case: tuple[Model, Points]) -> None:
+def test_a_ring_is_found(case: tuple[Surface, Points]) -> None:
     """All the way round on the crease: off by less than a rib's samples are apart, and at the
     joint no more than elsewhere."""
     model, crease = case
@@ -77,14 +77,14 @@ def test_a_ring_is_found(case: tuple[Model, Points]) -> None:
     assert KDTree(along).query(crease)[0].max() < spacing
     sketch = find_initial_curve(model, around(stroke)).samples
     assert KDTree(crease).query(sketch)[0].max() > 5.0 * spacing
-    assert model.nearest(found.samples).lengths.max() < 1e-9
+    assert model.measure_distances(found.samples).max() < 1e-9
     # Each sample is there once, and the last is as far from the first as others are.
     steps = np.linalg.norm(np.diff(around(found.samples), axis=0), axis=1)
     assert 0.5 * np.median(steps) < steps.min() and steps.max() < 2.0 * np.median(steps)
 
 
 @pytest.mark.parametrize("start", [1, 4, 7])
-def test_it_does_not_matter_where_a_stroke_begins(case: tuple[Model, Points], start: int) -> None:
+def test_it_does_not_matter_where_a_stroke_begins(case: tuple[Surface, Points], start: int) -> None:
     """The same clicks from another one on: the same curve, up to half a rib's sampling; and
     the other way round."""
     model, crease = case
@@ -98,7 +98,7 @@ def test_it_does_not_matter_where_a_stroke_begins(case: tuple[Model, Points], st
         assert again.length == pytest.approx(found.spline.length, rel=1e-3)
 
 
-def test_pins_are_met_exactly_wherever_they_are(case: tuple[Model, Points]) -> None:
+def test_pins_are_met_exactly_wherever_they_are(case: tuple[Surface, Points]) -> None:
     """Next to the joint, too: the pin pulls what is on either side of it alike."""
     model, crease = case
     stroke = around(ring(model, crease, 9, 0.0, 0.02))
@@ -143,7 +143,7 @@ def test_a_stroke_is_closed_by_its_ends_or_as_it_says() -> None:
             snap(model, few, closed=True)
 
 
-def test_settings_of_a_closed_curve_are_changed(case: tuple[Model, Points]) -> None:
+def test_settings_of_a_closed_curve_are_changed(case: tuple[Surface, Points]) -> None:
     """It stays closed under every setting, degree and price of moving."""
     model, crease = case
     begun = Snap.begin(model, around(ring(model, crease, 9, 0.0, 0.02)))

@@ -17,6 +17,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.counts import choosing
 from patterndb_sketch.retopo.draft import byparts, handles, layout, proposing
 from patterndb_sketch.retopo.draft.checking import check_surface
@@ -39,7 +40,6 @@ from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     BORDER,
     Network,
@@ -61,52 +61,54 @@ from tests.support.retopo.networks import sphere
 
 
 @cache
-def torus() -> Ground:
+def torus() -> Surface:
     mesh = trimesh.creation.torus(1.0, 0.4, major_sections=64, minor_sections=32)
-    return Ground.of(mesh.vertices, mesh.faces)
+    return Surface.from_arrays(mesh.vertices, mesh.faces).orient()
 
 
 @cache
-def box() -> Ground:
+def box() -> Surface:
     mesh = trimesh.creation.box((2.0, 1.2, 1.0)).subdivide().subdivide().subdivide()
-    return Ground.of(mesh.vertices, mesh.faces)
+    return Surface.from_arrays(mesh.vertices, mesh.faces).orient()
 
 
 @cache
-def bean() -> Ground:
+def bean() -> Surface:
     """A ball that is bent and drawn out, so that it has no plane of symmetry of its own."""
     mesh = trimesh.creation.icosphere(subdivisions=4)
     x, y, z = mesh.vertices.T
     points = np.stack([1.6 * x + 0.3 * z * z, y + 0.25 * x * x + 0.1 * z, 0.8 * z + 0.2 * x * y], 1)
-    return Ground.of(points, mesh.faces)
+    return Surface.from_arrays(points, mesh.faces).orient()
 
 
 @cache
-def dish() -> Ground:
+def dish() -> Surface:
     """Two thirds of a ball, open."""
     return cut_half(sphere(), Plane.of((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))).surface
 
 
 @cache
-def field_of(make: Callable[[], Ground], merging: float = 0.0) -> CrossField:
+def field_of(make: Callable[[], Surface], merging: float = 0.0) -> CrossField:
     surface = make()
     vertices, triangles = remesh_evenly(surface, 0.03 * surface.diagonal)
     return solve_field(
-        FieldMesh.of(Ground.of(vertices, triangles)), 0.003, merging * surface.diagonal
+        FieldMesh.of(Surface.from_arrays(vertices, triangles).orient()),
+        0.003,
+        merging * surface.diagonal,
     )
 
 
 @pytest.mark.parametrize("make", [sphere, torus, box, bean, dish])
 def test_remeshing_keeps_handles_and_borders_and_makes_edges_alike(
-    make: Callable[[], Ground],
+    make: Callable[[], Surface],
 ) -> None:
     surface = make()
     wanted = 0.03 * surface.diagonal
     vertices, triangles = remesh_evenly(surface, wanted)
-    mesh = FieldMesh.of(Ground.of(vertices, triangles))
+    mesh = FieldMesh.of(Surface.from_arrays(vertices, triangles).orient())
     assert mesh.euler == FieldMesh.of(surface).euler
-    assert np.diff(mesh.surface.topology.side_start).max() == 2
-    ends = mesh.surface.topology.ends
+    assert np.diff(mesh.surface.adjacency.side_start).max() == 2
+    ends = mesh.surface.adjacency.ends
     lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
     assert np.quantile(lengths, 0.05) > 0.5 * wanted and np.quantile(lengths, 0.95) < 1.5 * wanted
     off = np.linalg.norm(surface.nearest(vertices).points - vertices, axis=1)
@@ -121,19 +123,21 @@ def test_remeshing_keeps_handles_and_borders_and_makes_edges_alike(
 
 def test_a_flat_sheet_is_remeshed_flat_with_its_outline() -> None:
     # Two triangles of 10 units: all that is there afterwards is made by halving.
-    sheet = Ground.of([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], [[0, 1, 2], [0, 2, 3]])
+    sheet = Surface.from_arrays(
+        [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], [[0, 1, 2], [0, 2, 3]]
+    ).orient()
     vertices, triangles = remesh_evenly(sheet, 0.5)
-    surface = Ground.of(vertices, triangles)
-    assert surface.surface.areas.sum() == pytest.approx(100.0)
+    surface = Surface.from_arrays(vertices, triangles).orient()
+    assert surface.areas.sum() == pytest.approx(100.0)
     assert len(triangles) == pytest.approx(100.0 / (0.433 * 0.25), rel=0.25)
-    border = vertices[surface.triangles.ravel()[surface.topology.border]]
+    border = vertices[surface.triangles.ravel()[surface.adjacency.border]]
     assert (np.isin(border[:, 0], (0.0, 10.0)) | np.isin(border[:, 1], (0.0, 10.0))).all()
 
 
 @pytest.mark.parametrize("make", [sphere, torus, box, bean, dish])
 @pytest.mark.parametrize("merging", [0.0, 0.15])
 def test_indices_sum_to_four_times_the_euler_number(
-    make: Callable[[], Ground], merging: float
+    make: Callable[[], Surface], merging: float
 ) -> None:
     field = field_of(make, merging)
     assert field.index.sum() == 4 * field.mesh.euler
@@ -158,7 +162,7 @@ def test_a_ball_has_eight_singularities_a_box_one_a_corner_and_a_torus_none() ->
 
 
 @pytest.mark.parametrize("make", [sphere, box, bean, dish])
-def test_cancelling_only_takes_away(make: Callable[[], Ground]) -> None:
+def test_cancelling_only_takes_away(make: Callable[[], Surface]) -> None:
     before, after = field_of(make), field_of(make, 0.15)
     assert np.abs(after.index).sum() <= np.abs(before.index).sum()
     changed = np.flatnonzero(before.index != after.index)
@@ -167,7 +171,7 @@ def test_cancelling_only_takes_away(make: Callable[[], Ground]) -> None:
 
 @pytest.mark.parametrize("make", [box, bean, dish])
 def test_every_singularity_has_its_directions_and_every_trace_ends(
-    make: Callable[[], Ground],
+    make: Callable[[], Surface],
 ) -> None:
     field = field_of(make, 0.05)
     starts = start_at_vertices(field, field.singular.tolist())
@@ -192,7 +196,7 @@ def test_every_singularity_has_its_directions_and_every_trace_ends(
             np.testing.assert_allclose(ends[mine[-1]], there, atol=1e-6)
 
 
-def drafted(surface: Ground, source: PatternSource, **arguments: object) -> tuple[Editor, Report]:
+def drafted(surface: Surface, source: PatternSource, **arguments: object) -> tuple[Editor, Report]:
     editor = Editor(surface, source)
     outcome = do(editor, "draft", **arguments)
     assert outcome.changed and outcome.notes
@@ -205,7 +209,7 @@ def drafted(surface: Ground, source: PatternSource, **arguments: object) -> tupl
     [(sphere, 0, True), (box, 0, True), (bean, 0, True), (torus, 1, False)],
 )
 def test_a_draft_is_a_closed_mesh_of_quads_near_the_surface(
-    make: Callable[[], Ground], handles: int, symmetry: bool, source: PatternSource
+    make: Callable[[], Surface], handles: int, symmetry: bool, source: PatternSource
 ) -> None:
     surface = make()
     edge = 0.05 * surface.diagonal
@@ -248,7 +252,7 @@ def test_a_finer_edge_makes_more_quads(source: PatternSource) -> None:
 
 
 def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) -> None:
-    def refused(surface: Ground, **arguments: object) -> str:
+    def refused(surface: Surface, **arguments: object) -> str:
         editor = Editor(surface, source)
         before = editor.state
         outcome = editor.do(Call("draft", arguments))
@@ -266,7 +270,7 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
         draft._read_goal(work, wish)  # type: ignore[arg-type]
 
 
-def touching_balls(pinch: int) -> Ground:
+def touching_balls(pinch: int) -> Surface:
     """Two balls that touch in a vertex, and in as many vertices of the first it touches itself."""
     ball = trimesh.creation.icosphere(subdivisions=3)
     first = np.array(ball.vertices)
@@ -278,7 +282,7 @@ def touching_balls(pinch: int) -> Ground:
     both = np.concatenate([first, ball.vertices + np.array([2.0, 0.0, 0.0])])
     east, west = ball.vertices[:, 0].argmax(), ball.vertices[:, 0].argmin()
     both[len(first) + west] = both[east]
-    return Ground.of(both, np.concatenate([ball.faces, ball.faces + len(first)]))
+    return Surface.from_arrays(both, np.concatenate([ball.faces, ball.faces + len(first)])).orient()
 
 
 @pytest.mark.parametrize("pinch", [0, 1])
@@ -308,10 +312,10 @@ def test_fans_are_told_apart_however_triangles_are_turned(seed: int) -> None:
     triangles = surface.triangles[order]
     triangles = np.take_along_axis(triangles, (np.arange(3) + turns[:, None]) % 3, axis=1)
 
-    def places(one: Ground) -> set[tuple[float, ...]]:
+    def places(one: Surface) -> set[tuple[float, ...]]:
         return {tuple(at) for at in one.vertices[part_touching(one).touching].tolist()}
 
-    assert places(Ground.of(surface.vertices, triangles)) == places(surface)
+    assert places(Surface.from_arrays(surface.vertices, triangles).orient()) == places(surface)
 
 
 def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: PatternSource) -> None:
@@ -353,19 +357,21 @@ def test_a_surface_of_several_parts_is_drafted_whole(symmetry: bool, source: Pat
     parts = [ball.vertices, 0.5 * ball.vertices + away[0], tube.vertices + away[1]]
     starts = np.cumsum([0, len(ball.vertices), len(ball.vertices)])
     faces = [f + k for f, k in zip([ball.faces, ball.faces, tube.faces], starts, strict=True)]
-    surface = Ground.of(np.concatenate(parts), np.concatenate(faces))
+    surface = Surface.from_arrays(np.concatenate(parts), np.concatenate(faces)).orient()
     _, made = drafted(surface, source, edge=0.35, symmetry=symmetry)
     assert made.open_edges == 0 and made.euler == 4 and made.flipped == 0
     assert max(made.to_ground, made.from_ground) < 0.02
 
 
-def ring(radius: float, tube: float) -> Ground:
+def ring(radius: float, tube: float) -> Surface:
     mesh = trimesh.creation.torus(radius, tube, major_sections=96, minor_sections=24)
-    return Ground.of(mesh.vertices, mesh.faces)
+    return Surface.from_arrays(mesh.vertices, mesh.faces).orient()
 
 
-def find_handle(surface: Ground, edge: float) -> HandleLoop | None:
-    return find_shortest_handle(FieldMesh.of(Ground.of(*remesh_evenly(surface, edge))))
+def find_handle(surface: Surface, edge: float) -> HandleLoop | None:
+    return find_shortest_handle(
+        FieldMesh.of(Surface.from_arrays(*remesh_evenly(surface, edge)).orient())
+    )
 
 
 @pytest.mark.parametrize(("radius", "tube"), [(1.0, 0.15), (1.0, 0.4), (1.0, 0.8)])
@@ -380,7 +386,7 @@ def test_the_shortest_handle_is_the_tube_or_the_hole(radius: float, tube: float)
 
 
 @pytest.mark.parametrize("make", [sphere, dish, bean])
-def test_what_has_no_handle_has_no_shortest_one(make: Callable[[], Ground]) -> None:
+def test_what_has_no_handle_has_no_shortest_one(make: Callable[[], Surface]) -> None:
     assert find_handle(make(), 0.15) is None
 
 
@@ -389,7 +395,9 @@ def test_the_shortest_of_several_handles_in_several_parts_is_found() -> None:
     vertices = [part.vertices + 4.0 * k for k, part in enumerate(parts)]
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
-    found = find_handle(Ground.of(np.concatenate(vertices), np.concatenate(faces)), 0.1)
+    found = find_handle(
+        Surface.from_arrays(np.concatenate(vertices), np.concatenate(faces)).orient(), 0.1
+    )
     assert found is not None
     assert found.length == pytest.approx(2.0 * np.pi * 0.2, rel=0.2)
     assert abs(np.hypot(*(found.middle[:2] - 4.0)) - 1.0) < 0.15
@@ -417,7 +425,7 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
         Editor(lace, source).do(Call("draft", {"edge": float(found[3]), "symmetry": False}))
 
 
-def boxes_at_an_edge(apart: bool) -> Ground:
+def boxes_at_an_edge(apart: bool) -> Surface:
     """Two boxes that have an edge in common, of four triangles; or one with a fin, of three."""
     one = trimesh.creation.box().subdivide().subdivide()
     vertices, faces = np.array(one.vertices), np.array(one.faces)
@@ -425,7 +433,9 @@ def boxes_at_an_edge(apart: bool) -> Ground:
         rim = np.flatnonzero((vertices[:, 0] > 0.49) & (vertices[:, 1] > 0.49))
         a, b = rim[np.argsort(vertices[rim, 2])][1:3]
         vertices = np.concatenate([vertices, [[0.8, 0.8, 0.0]]])
-        return Ground.of(vertices, np.concatenate([faces, [[a, b, len(vertices) - 1]]]))
+        return Surface.from_arrays(
+            vertices, np.concatenate([faces, [[a, b, len(vertices) - 1]]])
+        ).orient()
     other = vertices + np.array([1.0, 1.0, 0.0])
     both = np.concatenate([vertices, other])
     name = np.arange(len(both))
@@ -433,22 +443,22 @@ def boxes_at_an_edge(apart: bool) -> Ground:
         same = np.flatnonzero(np.linalg.norm(vertices - other[k], axis=1) < 1e-9)
         if len(same):
             name[len(vertices) + k] = same[0]
-    return Ground.of(both, name[np.concatenate([faces, faces + len(vertices)])])
+    return Surface.from_arrays(both, name[np.concatenate([faces, faces + len(vertices)])]).orient()
 
 
 @pytest.mark.parametrize("apart", [True, False])
 def test_sheets_that_share_an_edge_are_parted_there(apart: bool) -> None:
     surface = boxes_at_an_edge(apart)
-    assert (np.diff(surface.topology.side_start) > 2).any()
+    assert (np.diff(surface.adjacency.side_start) > 2).any()
     parted = part_touching(surface)
     now = parted.surface
-    assert (np.diff(now.topology.side_start) <= 2).all() and len(parted.touching)
+    assert (np.diff(now.adjacency.side_start) <= 2).all() and len(parted.touching)
     check_surface(now)
     # Nothing is lost, and all is near to what was there. The fin has its divided side free.
-    assert now.surface.areas.sum() == pytest.approx(surface.surface.areas.sum(), rel=0.05)
+    assert now.surface.areas.sum() == pytest.approx(surface.areas.sum(), rel=0.05)
     off = np.linalg.norm(surface.nearest(now.vertices).points - now.vertices, axis=1)
     assert off.max() < 0.01 * surface.diagonal
-    assert len(now.topology.border) == (0 if apart else 4)
+    assert len(now.adjacency.border) == (0 if apart else 4)
 
 
 def test_boxes_that_share_an_edge_are_drafted_closed(source: PatternSource) -> None:
@@ -554,7 +564,7 @@ def test_an_unsound_part_ends_the_draft_of_all(
     away = np.array([5.0, 0.0, 0.0])
     points = np.concatenate([ball.vertices + k * away for k in range(3)])
     faces = np.concatenate([ball.faces + k * len(ball.vertices) for k in range(3)])
-    surface = Ground.of(points, faces)
+    surface = Surface.from_arrays(points, faces).orient()
     parts: list[int] = []
     propose = byparts.propose_draft
 
@@ -607,7 +617,9 @@ def test_halves_of_parts_whose_seams_have_corners_are_drafted_part_by_part(
     # The seam around a box has four corners, and is a patch of its own where one draws by hand.
     box = trimesh.creation.box().subdivide().subdivide().subdivide()
     points = np.concatenate([box.vertices, box.vertices + np.array([0.0, 3.0, 0.0])])
-    surface = Ground.of(points, np.concatenate([box.faces, box.faces + len(box.vertices)]))
+    surface = Surface.from_arrays(
+        points, np.concatenate([box.faces, box.faces + len(box.vertices)])
+    ).orient()
     editor, made = drafted(surface, source, edge=0.25, symmetry=True)
     assert editor.state.plane is not None
     assert made.open_edges == made.flipped == 0 and made.euler == 4
@@ -617,7 +629,7 @@ def test_halves_of_parts_whose_seams_have_corners_are_drafted_part_by_part(
         assert not all(SYMMETRY in chains[half >> 1].marks for half in patch.loop)
 
 
-def eyes() -> Ground:
+def eyes() -> Surface:
     """A ball; smaller than an edge an eye before it and a ring around that, and on the ball's skin
     a sheet, which lies on it everywhere."""
     ball = trimesh.creation.icosphere(subdivisions=3)
@@ -630,9 +642,9 @@ def eyes() -> Ground:
     parts = [ball.vertices, eye.vertices, ring.vertices, 1.0005 * np.array(ball.vertices)]
     starts = np.cumsum([0, *(len(part) for part in parts)])
     faces = [ball.faces, eye.faces, ring.faces, sheet]
-    return Ground.of(
+    return Surface.from_arrays(
         np.concatenate(parts), np.concatenate([f + k for f, k in zip(faces, starts, strict=False)])
-    )
+    ).orient()
 
 
 @pytest.mark.parametrize("symmetry", [True, False])
@@ -654,7 +666,7 @@ def test_chains_of_borders_are_shared_out_by_their_sides() -> None:
         [square, square + np.array([0, 0, 1e-6]), square + np.array([1.0, 1e-6, 0])]
     )
     faces = np.array([[0, 1, 2], [0, 2, 3], [6, 5, 4], [7, 6, 4], [8, 9, 10], [8, 10, 11]])
-    surface = Ground.of(points, faces)
+    surface = Surface.from_arrays(points, faces).orient()
     parts = SurfaceParts.of(surface)
     assert parts.parts == 3
     network = add_borders(Network(longest=9.0), surface, 0.05)
@@ -664,17 +676,19 @@ def test_chains_of_borders_are_shared_out_by_their_sides() -> None:
         middle = network.chains[number].points.mean(axis=0)
         own = surface.vertices[surface.triangles[parts.part == part]].reshape(-1, 3).mean(axis=0)
         np.testing.assert_allclose(middle, own, atol=0.3)
-        up = surface.surface.normals[surface.triangles[parts.part == part][0, 0]]
+        up = surface.normals[surface.triangles[parts.part == part][0, 0]]
         assert network.chains[number].normals[0] @ up > 0.9
 
 
 def test_a_tetrahedron_is_not_collapsed_and_what_is_left_over_is_no_seed() -> None:
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
-    points, triangles = remesh_evenly(Ground.of(corners, faces), 5.0)
+    points, triangles = remesh_evenly(Surface.from_arrays(corners, faces).orient(), 5.0)
     assert len(points) == 4 and len(triangles) == 4
     ball = trimesh.creation.icosphere(subdivisions=2)
-    spare = FieldMesh.of(Ground.of(np.r_[ball.vertices, [[5.0, 5.0, 5.0]]], ball.faces))
+    spare = FieldMesh.of(
+        Surface.from_arrays(np.r_[ball.vertices, [[5.0, 5.0, 5.0]]], ball.faces).orient()
+    )
     assert spare.list_ring(len(spare.vertices) - 1) == []
 
 
@@ -684,7 +698,9 @@ def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -
     fin = np.array([[0.0, -0.4, 1.2], [0.0, 0.4, 1.2], [0.0, 0.4, 1.8], [0.0, -0.4, 1.8]])
     n = len(ball.vertices)
     faces = np.concatenate([ball.faces, [[n, n + 1, n + 2], [n, n + 2, n + 3]]])
-    editor = Editor(Ground.of(np.concatenate([ball.vertices, fin]), faces), source)
+    editor = Editor(
+        Surface.from_arrays(np.concatenate([ball.vertices, fin]), faces).orient(), source
+    )
     notes = do(editor, "draft", edge=0.3).notes
     assert any("2 triangles lie in the plane, one at (0, " in note for note in notes), notes
     found = editor.fill()
@@ -700,7 +716,7 @@ def test_a_tube_that_is_open_at_both_ends_is_drafted(source: PatternSource) -> N
     k = np.arange(40)[:, None] * 20 + np.arange(19)
     a, b = k.ravel(), ((k + 20) % 800).ravel()
     faces = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
-    _, made = drafted(Ground.of(points, faces), source, edge=0.4, symmetry=False)
+    _, made = drafted(Surface.from_arrays(points, faces).orient(), source, edge=0.4, symmetry=False)
     assert made.unfilled == made.flipped == made.tangled == 0
     assert made.euler == 0 and max(made.to_ground, made.from_ground) < 0.02
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import KDTree
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
@@ -13,7 +14,6 @@ from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
 from query.engine import PatternSource
 from tests.support.retopo.editors import do
@@ -158,8 +158,10 @@ def test_patches_all_over_leave_nothing_to_draft(source: PatternSource) -> None:
     assert outcome.refused is not None and "nothing left to draft" in outcome.refused
 
 
-def cut(network: Network, surface: Ground, edge: float) -> FieldMesh:
-    return cut_along_curves(network, FieldMesh.of(Ground.of(*remesh_evenly(surface, edge))), edge)
+def cut(network: Network, surface: Surface, edge: float) -> FieldMesh:
+    return cut_along_curves(
+        network, FieldMesh.of(Surface.from_arrays(*remesh_evenly(surface, edge)).orient()), edge
+    )
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.crossfield import solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_surface
@@ -27,7 +28,6 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
@@ -36,22 +36,24 @@ from tests.support.retopo.editors import do
 
 
 @cache
-def horned(bent: float = 0.0) -> Ground:
+def horned(bent: float = 0.0) -> Surface:
     """A ball with two horns, each about an edge of the draft thick."""
     mesh = trimesh.creation.icosphere(subdivisions=5)
     at = np.array(mesh.vertices)
     for tip in ([0.6, 0.0, 0.8], [-0.6, 0.0, 0.8]):
         near = np.exp(-60.0 * (1.0 - at @ np.array(tip)))
         at = at + near[:, None] * np.array(tip) + bent * near[:, None] * np.array([0.0, 0.3, 0.0])
-    return Ground.of(at, mesh.faces)
+    return Surface.from_arrays(at, mesh.faces).orient()
 
 
 @cache
-def laid(source: PatternSource) -> tuple[FilledNetwork, frozenset[int], Ground, Sizes]:
+def laid(source: PatternSource) -> tuple[FilledNetwork, frozenset[int], Surface, Sizes]:
     """A draft that is filled, and fitted to nothing."""
     surface = horned(0.5)
     sizes = Sizes.of(surface.diagonal)
-    mesh = FieldMesh.of(Ground.of(*remesh_evenly(surface, REMESHED * sizes.edge)))
+    mesh = FieldMesh.of(
+        Surface.from_arrays(*remesh_evenly(surface, REMESHED * sizes.edge)).orient()
+    )
     empty = Network(longest=2.0 * surface.diagonal, surface=surface)
     setting = SETTINGS[0]
     field = solve_field(mesh, setting.alignment, setting.merging * sizes.edge)
@@ -66,7 +68,7 @@ def fit(source: PatternSource, kept: tuple[int, ...] = (), still: int = 0) -> Fi
     return fit_quads(found, surface, samples, sizes, sorted(lines)[still:], kept)
 
 
-def measure(found: FilledNetwork, surface: Ground) -> tuple[Report, float]:
+def measure(found: FilledNetwork, surface: Surface) -> tuple[Report, float]:
     made = report_mesh(found, surface)
     return made, max(made.to_ground, made.from_ground)
 
@@ -118,7 +120,7 @@ def test_what_is_not_to_move_stays_bit_for_bit(source: PatternSource) -> None:
 @settings(max_examples=30, deadline=None)
 def test_no_point_of_a_surface_is_far_from_its_samples(seed: int, spacing: float) -> None:
     random = np.random.default_rng(seed)
-    surface = Ground.of(random.normal(size=(12, 3)), np.arange(12).reshape(4, 3))
+    surface = Surface.from_arrays(random.normal(size=(12, 3)), np.arange(12).reshape(4, 3)).orient()
     samples = sample_surface(surface, spacing)
     corners = surface.vertices[surface.triangles]
     weights = random.dirichlet(np.ones(3), size=(4, 20))
@@ -146,7 +148,12 @@ def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
     beyond = half.plane.heights(at)
     at[:, 2] -= 0.4 * np.exp(-10.0 * ((at - at[beyond.argmin()]) ** 2).sum(axis=1))
     lopsided = Half(
-        half.plane, half.surface, Ground.of(at, half.whole.triangles), half.on, half.near, 0
+        half.plane,
+        half.surface,
+        Surface.from_arrays(at, half.whole.triangles).orient(),
+        half.on,
+        half.near,
+        0,
     )
     other = DraftJudge(half.surface, lopsided)
     worse = other.report(found)

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft import byparts
 from patterndb_sketch.retopo.draft.assembly import InWedge
 from patterndb_sketch.retopo.draft.byparts import PartsDraft
@@ -37,7 +38,6 @@ from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools import draft
@@ -45,16 +45,16 @@ from patterndb_sketch.retopo.wording import round_down, round_up
 from query.engine import PatternSource
 
 
-def box(subdivisions: int = 3, turn: int = 0, scale: float = 1.0) -> Ground:
+def box(subdivisions: int = 3, turn: int = 0, scale: float = 1.0) -> Surface:
     mesh = trimesh.creation.box((2.0, 3.0, 4.0))
     for _ in range(subdivisions):
         mesh = mesh.subdivide()
     turned = trimesh.transformations.random_rotation_matrix(np.random.default_rng(turn).random(3))
     points = scale * trimesh.transform_points(mesh.vertices, turned if turn else np.eye(4))
-    return Ground.of(points, mesh.faces)
+    return Surface.from_arrays(points, mesh.faces).orient()
 
 
-def length_of(surface: Ground, edges: frozenset[tuple[int, int]]) -> float:
+def length_of(surface: Surface, edges: frozenset[tuple[int, int]]) -> float:
     ends = surface.vertices[np.array(sorted(edges)).reshape(-1, 2)]
     return float(np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1).sum())
 
@@ -71,9 +71,9 @@ def test_the_sharp_edges_of_a_box_are_its_twelve(turn: int, scale: float, fine: 
 
 def test_smooth_and_rough_surfaces_have_none_and_an_angle_takes_them_all() -> None:
     ball = trimesh.creation.icosphere(subdivisions=4)
-    assert not find_sharp_edges(Ground.of(ball.vertices, ball.faces), 0.1)
+    assert not find_sharp_edges(Surface.from_arrays(ball.vertices, ball.faces).orient(), 0.1)
     noise = 1.0 + 0.03 * np.random.default_rng(1).standard_normal((len(ball.vertices), 1))
-    rough = Ground.of(noise * ball.vertices, ball.faces)
+    rough = Surface.from_arrays(noise * ball.vertices, ball.faces).orient()
     few, every = (find_sharp_edges(rough, 0.1, rule) for rule in (AUTOMATIC, SharpRule.above(40)))
     assert length_of(rough, few) < 0.05 * length_of(rough, every)
 
@@ -89,7 +89,7 @@ def test_narrow_steps_of_a_machined_body_are_no_roughness(gap: float) -> None:
     sides = [t for a, b, c, d in walls for t in ((a, b, c), (a, c, d))]
     caps = [(0, 1, 5), (1, 2, 3), (1, 3, 4), (1, 4, 5), (0, 5, 6), (0, 6, 7), (0, 7, 8), (0, 8, 9)]
     top = [(a + n, b + n, c + n) for a, b, c in caps]
-    body = Ground.of(points, np.array([*sides, *(t[::-1] for t in caps), *top]))
+    body = Surface.from_arrays(points, np.array([*sides, *(t[::-1] for t in caps), *top])).orient()
     around = float(np.linalg.norm(np.diff([*outline, outline[0]], axis=0), axis=1).sum())
     assert length_of(body, find_sharp_edges(body, 0.2)) == pytest.approx(2.0 * around + 3.0 * n)
 
@@ -100,7 +100,7 @@ def test_edges_with_the_same_ends_are_all_looked_at() -> None:
     points = np.concatenate([points, [(-0.4, -0.8, 0.5)]])
     one = [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)]
     two = [(0, 4, 1), (0, 1, 5), (0, 5, 4), (1, 4, 5)]
-    edges = find_sharp_edges(Ground.of(points, np.array([*one, *two])), 0.1)
+    edges = find_sharp_edges(Surface.from_arrays(points, np.array([*one, *two])).orient(), 0.1)
     assert len(edges) >= 10
 
 
@@ -111,7 +111,9 @@ def test_a_crease_continues_where_it_fades() -> None:
     points = np.stack([x, s, z], axis=2).reshape(-1, 3)
     a = np.arange(len(points)).reshape(x.shape)
     quads = np.stack([a[:-1, :-1], a[1:, :-1], a[1:, 1:], a[:-1, 1:]], axis=2).reshape(-1, 4)
-    surface = Ground.of(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    surface = Surface.from_arrays(
+        points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    ).orient()
     edges = find_sharp_edges(surface, 0.3)
     on_ridge = np.flatnonzero(surface.vertices[:, 1] == 0.0)
     assert set(count_degrees(edges)) <= set(on_ridge.tolist())
@@ -125,7 +127,9 @@ def test_a_crease_from_border_to_border_is_not_open() -> None:
     a = np.arange(x.size).reshape(x.shape)
     quads = np.stack([a[:-1, :-1], a[1:, :-1], a[1:, 1:], a[:-1, 1:]], axis=2).reshape(-1, 4)
     points = np.stack([x, s, -np.abs(s)], axis=2).reshape(-1, 3)
-    roof = Ground.of(points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]))
+    roof = Surface.from_arrays(
+        points, np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
+    ).orient()
     edges = find_sharp_edges(roof, 0.6)
     assert length_of(roof, edges) == pytest.approx(2.0)
     assert drop_open_chains(edges, find_border(roof)) == edges and not drop_open_chains(edges)
@@ -152,9 +156,9 @@ def test_chains_pass_every_edge_once_and_end_where_they_must(
 
 def test_creases_are_chains_of_a_sound_network_exactly_on_the_edges() -> None:
     mesh = trimesh.creation.cylinder(1.0, 3.0, sections=24).subdivide().subdivide()
-    solid = Ground.of(mesh.vertices, mesh.faces)
+    solid = Surface.from_arrays(mesh.vertices, mesh.faces).orient()
     above = mesh.triangles_center[:, 2] > -1.49
-    cup = Ground.of(mesh.vertices, mesh.faces[above])
+    cup = Surface.from_arrays(mesh.vertices, mesh.faces[above]).orient()
     for surface, chains in ((solid, 2), (cup, 1), (box(), 12)):
         sizes = Sizes.of(surface.diagonal)
         empty = Network(longest=2.0 * surface.diagonal, surface=surface)
@@ -301,7 +305,7 @@ def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
         return propose(task, *more)
 
     monkeypatch.setattr(byparts, "propose_draft", refuse_first)
-    editor = Editor(Ground.of(points, triangles), source)
+    editor = Editor(Surface.from_arrays(points, triangles).orient(), source)
     outcome = editor.do(Call("draft", {"quads": 400, "symmetry": False, "strict": strict}))
     if refused == "all" and strict:
         assert outcome.refused == "no draft: not at (1, 2, 3)" and not editor.network.chains
@@ -317,7 +321,7 @@ def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
     assert (max(away[0]) < 1.0) == (refused == "creases")
 
 
-def surface_corners(surface: Ground, x: float) -> Points:
+def surface_corners(surface: Surface, x: float) -> Points:
     """(8, 3) the corners of a box, moved along x."""
     degrees = count_degrees(find_sharp_edges(surface, 0.3))
     return surface.vertices[[v for v, n in degrees.items() if n == 3]] + np.array([x, 0.0, 0.0])
@@ -426,7 +430,7 @@ def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> No
 def test_a_thin_ring_keeps_its_creases_and_every_patch_has_quads(source: PatternSource) -> None:
     # A quarter of an edge thick: from one vertex to the next paths over the ring cross each other.
     mesh = trimesh.creation.annulus(0.05, 0.07, 0.005)
-    surface = Ground.of(mesh.vertices, mesh.faces)
+    surface = Surface.from_arrays(mesh.vertices, mesh.faces).orient()
     sizes = replace(Sizes.of(surface.diagonal), edge=0.0141)
     network = Network(longest=2.0 * surface.diagonal, surface=surface)
     task = DraftTask(network, surface, sizes, source, goal=DraftGoal(sharp=AUTOMATIC))

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.filling import (
     fill_network,
     find_irregular_vertices,
@@ -15,7 +16,6 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from query.engine import PatternSource
 from tests.support.retopo.editors import (
@@ -89,7 +89,7 @@ def test_an_empty_network_is_an_empty_mesh(source: PatternSource) -> None:
 
 def test_distances_of_known_shapes() -> None:
     box = trimesh.creation.box((2, 2, 2))
-    surface = Ground.of(box.vertices, box.faces)
+    surface = Surface.from_arrays(box.vertices, box.faces).orient()
     corner = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     quads = np.array(
         [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]

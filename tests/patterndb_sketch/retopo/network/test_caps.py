@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints, clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_borders,
@@ -29,10 +29,11 @@ from patterndb_sketch.retopo.tools.cylinder import join_loops
 from patterndb_sketch.retopo.tools.patch import drop_patch, find_loop, make_patch
 from patterndb_sketch.retopo.tools.spine import draw_spine
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import clean_stroke
 from tests.support.retopo.networks import genus
 
 
-def turned(profile: Points, sections: int = 48) -> Ground:
+def turned(profile: Points, sections: int = 48) -> Surface:
     """A surface of revolution about z of a profile (n, 2) of radius and height, its ends on z."""
     turn = np.linspace(0.0, 2.0 * np.pi, sections, endpoint=False)
     rings = np.stack(
@@ -55,11 +56,13 @@ def turned(profile: Points, sections: int = 48) -> Ground:
         ]
     last = (len(profile) - 3) * sections
     triangles.append(np.stack([last + k, last + after, np.full(sections, len(rings) + 1)], axis=1))
-    return Ground.of(np.concatenate([rings, [low, high]]), np.concatenate(triangles))
+    return Surface.from_arrays(
+        np.concatenate([rings, [low, high]]), np.concatenate(triangles)
+    ).orient()
 
 
 @cache
-def finger(length: float = 6.0) -> Ground:
+def finger(length: float = 6.0) -> Surface:
     """A tube of radius 1 about z, closed by half balls at z = 0 and above ``length``."""
     t = np.linspace(-np.pi / 2, 0.0, 12)
     below = np.c_[np.cos(t), np.sin(t)]
@@ -69,7 +72,7 @@ def finger(length: float = 6.0) -> Ground:
 
 
 @cache
-def tin() -> Ground:
+def tin() -> Surface:
     """A tube of radius 1 from z = 0 to 4 with flat ends and sharp rims."""
     r, z = np.linspace(0.0, 1.0, 11)[:, None], np.linspace(0.0, 4.0, 41)[1:-1, None]
     bottom, top = np.c_[r, np.zeros_like(r)], np.c_[r[::-1], np.full_like(r, 4.0)]
@@ -81,11 +84,11 @@ def ring(z: float, radius: float = 1.0) -> Points:
     return np.c_[radius * np.cos(t), radius * np.sin(t), np.full(90, z)]
 
 
-def feet(surface: Ground, *point: float) -> SurfacePoints:
+def feet(surface: Surface, *point: float) -> SurfacePoints:
     return surface.nearest(np.array([point]))
 
 
-def ringed(surface: Ground, *heights: float, corners: int = 4) -> tuple[Network, Sizes]:
+def ringed(surface: Surface, *heights: float, corners: int = 4) -> tuple[Network, Sizes]:
     """Rings around z with corners at even angles, drawn as a user does."""
     sizes = Sizes.of(surface.diagonal)
     network = add_borders(Network(longest=2.0 * surface.diagonal), surface, sizes.sampling)
@@ -153,13 +156,13 @@ def test_an_end_with_a_curve_or_a_hole_in_it_is_none() -> None:
     # Without the triangles at the tip.
     whole = finger()
     top = whole.vertices[whole.triangles][:, :, 2].max(axis=1) > 6.99
-    holed = Ground.of(whole.vertices, whole.triangles[~top])
+    holed = Surface.from_arrays(whole.vertices, whole.triangles[~top]).orient()
     assert not ringed(holed, 6.0)[0].patches
 
 
 def test_around_a_handle_there_is_no_end() -> None:
     mesh = trimesh.creation.torus(1.0, 0.3, major_sections=64, minor_sections=32)
-    surface = Ground.of_mesh(mesh)
+    surface = Surface.of(mesh).orient()
     sizes = Sizes.of(surface.diagonal)
     t = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     line = np.c_[1.0 + 0.3 * np.cos(t), np.zeros(60), 0.3 * np.sin(t)]
@@ -184,7 +187,7 @@ def test_flooding_stops_at_walls_and_beyond_its_area(z: float, most: float) -> N
     found = flood_triangles(surface, wall.crossed, seeds, most)
     # By heights: all above the ring that it does not cross.
     expected = np.flatnonzero((middle > z) & ~wall.crossed)
-    area = surface.surface.areas[expected].sum()
+    area = surface.areas[expected].sum()
     if found is None:
         assert area > most
     else:
@@ -265,7 +268,7 @@ def test_the_loop_around_a_place_is_on_the_side_it_is_on(angle: float, z: float)
         assert above == (z > 2.0)
 
 
-def slit() -> tuple[Network, Ground, Sizes]:
+def slit() -> tuple[Network, Surface, Sizes]:
     """On a tin, two rings with one curve between them; beyond them patches."""
     network, sizes = ringed(tin(), 0.3, 3.7)
     line = np.array([[1.0, 0.0, 0.3], [1.0, 0.0, 2.0], [1.0, 0.0, 3.7]])

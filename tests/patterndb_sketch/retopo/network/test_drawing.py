@@ -17,8 +17,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtNode,
     Free,
@@ -35,6 +35,7 @@ from patterndb_sketch.retopo.network.crossings import FaceStep, find_first_order
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.erase import erase_chains
 from patterndb_sketch.retopo.tools.stroke import DOUBLED, insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.networks import SIZES, drawn, even, flat, genus, node_at, plane, up
 
 
@@ -64,25 +65,27 @@ def along(points: np.ndarray, begin: np.ndarray, end: np.ndarray) -> bool:
     return bool(np.abs((points - begin) @ [-step[1], step[0]]).max() < 1.2 * SIZES.snap)
 
 
-def torus() -> Ground:
-    return Ground.of_mesh(trimesh.creation.torus(1.0, 0.4, major_sections=48, minor_sections=24))
+def torus() -> Surface:
+    return Surface.of(
+        trimesh.creation.torus(1.0, 0.4, major_sections=48, minor_sections=24)
+    ).orient()
 
 
 def test_handles_are_those_of_the_classification_of_surfaces() -> None:
     ring, ball = torus(), trimesh.creation.icosphere(subdivisions=2)
     assert count_handles(ring) == 1
-    assert count_handles(Ground.of_mesh(ball)) == count_handles(plane()) == 0
+    assert count_handles(Surface.of(ball).orient()) == count_handles(plane()) == 0
     # Holes in it change nothing, and parts add.
-    assert count_handles(Ground.of(ring.vertices, ring.triangles[40:])) == 1
+    assert count_handles(Surface.from_arrays(ring.vertices, ring.triangles[40:]).orient()) == 1
     both = np.concatenate([ring.vertices, ring.vertices + 5.0, ball.vertices - 5.0])
     n = len(ring.vertices)
     triangles = np.concatenate([ring.triangles, ring.triangles + n, ball.faces + 2 * n])
-    assert count_handles(Ground.of(both, triangles)) == 2
+    assert count_handles(Surface.from_arrays(both, triangles).orient()) == 2
     # Two balls that touch in a vertex.
     touching = np.concatenate([ball.vertices, 2.0 * ball.vertices[:1] - ball.vertices])
     m = len(ball.vertices)
     turned = np.concatenate([ball.faces, ball.faces[:, ::-1] + m])
-    assert count_handles(Ground.of(touching, turned)) == 0
+    assert count_handles(Surface.from_arrays(touching, turned).orient()) == 0
 
 
 def test_a_curve_may_go_round_a_handle_of_the_surface() -> None:

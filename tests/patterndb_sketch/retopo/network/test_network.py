@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import at_lengths
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -374,7 +374,7 @@ def test_borders_are_marked_loops_that_get_a_patch_on_the_surface_only() -> None
 
 def test_borders_that_touch_in_a_vertex_are_told_apart() -> None:
     vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0], [-1, -1, 0]], float)
-    surface = Ground.of(vertices, [[0, 1, 2], [0, 3, 4]])
+    surface = Surface.from_arrays(vertices, [[0, 1, 2], [0, 3, 4]]).orient()
     network = add_borders(Network(), surface, 0.1)
     check_network(network)
     assert len(network.chains) == 2

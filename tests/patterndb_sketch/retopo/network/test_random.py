@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     Edit,
     Network,
@@ -25,6 +25,7 @@ from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle_corner
 from patterndb_sketch.retopo.tools.erase import erase_crossed_chains, erase_open_chains
 from patterndb_sketch.retopo.tools.knot import clean_knot
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.networks import genus, is_drawn_within, plane, sphere
 
 #: Coarse for what is drawn, so that much is near to each other.
@@ -33,7 +34,7 @@ SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, samp
 EDITS = ("insert",) * 5 + ("erase", "erase open", "toggle", "flip", "knot", "count", "undo")
 
 
-def scribble(rng: np.random.Generator, surface: Ground) -> SurfaceCurve:
+def scribble(rng: np.random.Generator, surface: Surface) -> SurfaceCurve:
     """A stroke through some random places; on a plane at times on a grid, over others."""
     places = rng.uniform(-0.9, 0.9, (rng.integers(2, 7), 2))
     if surface is plane() and rng.random() < 0.3:
@@ -44,7 +45,7 @@ def scribble(rng: np.random.Generator, surface: Ground) -> SurfaceCurve:
     return clean_stroke(np.c_[places, np.full(len(places), height)], surface, SIZES)
 
 
-def place(rng: np.random.Generator, network: Network, surface: Ground) -> tuple[np.ndarray, ...]:
+def place(rng: np.random.Generator, network: Network, surface: Surface) -> tuple[np.ndarray, ...]:
     """A point on the surface and its normal, mostly at or near a chain."""
     at = rng.uniform(-0.9, 0.9, 3)
     if network.chains and rng.random() < 0.8:
@@ -54,7 +55,7 @@ def place(rng: np.random.Generator, network: Network, surface: Ground) -> tuple[
     return foot.points[0], foot.normals[0]
 
 
-def edited(rng: np.random.Generator, name: str, network: Network, surface: Ground) -> Network:
+def edited(rng: np.random.Generator, name: str, network: Network, surface: Surface) -> Network:
     """After one edit by name; raises RefusedError as the tools do."""
     point, normal = place(rng, network, surface)
     made: Edit

@@ -9,9 +9,9 @@ import pytest
 import trimesh
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import weld_fills
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
@@ -19,7 +19,7 @@ from tests.support.retopo.editors import do, line
 
 
 @cache
-def plate(k: int, hole: float = 2.0) -> Ground:
+def plate(k: int, hole: float = 2.0) -> Surface:
     """A square from -5 to 5 of (2 k)^2 cells, with a square hole in its middle."""
     at = np.linspace(-5.0, 5.0, 2 * k + 1)
     x, y = np.meshgrid(at, at, indexing="ij")
@@ -31,17 +31,17 @@ def plate(k: int, hole: float = 2.0) -> Ground:
             if middle > hole:
                 a, b = i * (2 * k + 1) + j, (i + 1) * (2 * k + 1) + j
                 rows += [[a, b, b + 1], [a, b + 1, a + 1]]
-    return Ground.of(points, rows)
+    return Surface.from_arrays(points, rows).orient()
 
 
 @cache
-def torus() -> Ground:
+def torus() -> Surface:
     mesh = trimesh.creation.torus(3.0, 1.0, major_sections=48, minor_sections=24)
-    return Ground.of(mesh.vertices, mesh.faces)
+    return Surface.from_arrays(mesh.vertices, mesh.faces).orient()
 
 
 @cache
-def sleeve(open_end: bool) -> Ground:
+def sleeve(open_end: bool) -> Surface:
     """A cone about z from radius 1 at 0 to 0.5 at 4, open at 0, and at 4 open or closed."""
     rings, around = 33, 48
     z = np.linspace(0.0, 4.0, rings)
@@ -64,7 +64,7 @@ def sleeve(open_end: bool) -> Ground:
         last = (rings - 1) * around
         points = np.r_[points, [[0.0, 0.0, 4.0]]]
         rows += [[last + j, last + (j + 1) % around, len(points) - 1] for j in range(around)]
-    return Ground.of(points, rows)
+    return Surface.from_arrays(points, rows).orient()
 
 
 def draw_square(editor: Editor, half: float) -> None:
@@ -81,7 +81,7 @@ def measure_area(editor: Editor) -> float:
     return float((0.5 * np.cross(one, two)[:, 2]).sum())
 
 
-def sizes_of(surface: Ground) -> Sizes:
+def sizes_of(surface: Surface) -> Sizes:
     return Sizes.of(surface.diagonal)
 
 

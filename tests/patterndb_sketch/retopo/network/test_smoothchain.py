@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_borders,
@@ -20,6 +19,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.smooth import smooth_chain, smooth_nearest
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import clean_stroke
 from tests.support.retopo.networks import SIZES, chain_between, drawn, flat, plane, sphere, square
 
 UP = (0.0, 0.0, 1.0)

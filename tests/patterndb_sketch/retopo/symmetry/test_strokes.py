@@ -7,8 +7,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -21,6 +21,7 @@ from patterndb_sketch.retopo.symmetry import (
 )
 from patterndb_sketch.retopo.tools.loop import cut_loop
 from patterndb_sketch.retopo.tools.stroke import insert_stroke_on_half
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.networks import genus, is_drawn_within
 from tests.support.retopo.symmetry import TILTED, X, ball, empty, half, seam
 
@@ -178,7 +179,7 @@ def test_no_curve_goes_beyond_the_seam_where_one_is_drawn_along_the_border() -> 
     first = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
     one, two = [first, first + 41, first + 42], [first, first + 42, first + 1]
     triangles = np.concatenate([np.stack(one, 1), np.stack(two, 1)])
-    surface = Ground.of(np.stack([x, y, 0.0 * x], 1), triangles)
+    surface = Surface.from_arrays(np.stack([x, y, 0.0 * x], 1), triangles).orient()
     sizes = Sizes.of(surface.diagonal)
     plane = Plane.of((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
     on_half = cut_half(surface, plane)

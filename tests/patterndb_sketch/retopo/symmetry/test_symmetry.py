@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 import patterndb
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork, fill_network, find_open_edges, weld_fills
-from patterndb_sketch.retopo.ground import Ground, clean_stroke
 from patterndb_sketch.retopo.network import BORDER, Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -29,6 +29,7 @@ from patterndb_sketch.retopo.symmetry import (
     propose_plane,
 )
 from patterndb_sketch.retopo.tools.stroke import insert_stroke_on_half
+from patterndb_sketch.retopo.tracing import clean_stroke
 from tests.support.retopo.networks import genus
 from tests.support.retopo.symmetry import PLANES, X, ball, dome, empty, half, seam
 
@@ -91,7 +92,7 @@ def test_mirroring_is_its_own_inverse_and_keeps_distances(six: list[float], seed
     assert plane.reversed.reversed == plane
 
 
-def side_areas(surface: Ground, plane: Plane) -> float:
+def side_areas(surface: Surface, plane: Plane) -> float:
     """Area above a plane, by clipping every triangle as a polygon."""
     total = 0.0
     for corner in surface.vertices[surface.triangles]:
@@ -119,11 +120,9 @@ def test_the_half_is_what_is_above_the_plane(name: str, plane: Plane) -> None:
     assert (height[~at.on] > at.near).all()
     if plane is X:
         assert (height[at.on] == 0.0).all()
-    np.testing.assert_allclose(
-        at.surface.surface.areas.sum(), side_areas(at.whole, plane), rtol=1e-6
-    )
+    np.testing.assert_allclose(at.surface.areas.sum(), side_areas(at.whole, plane), rtol=1e-6)
     # The seam is all of the border that the whole has not; its normals lie in the plane.
-    border = len(at.surface.topology.border)
+    border = len(at.surface.adjacency.border)
     runs = at.seams()
     assert all(at.on[run.vertices].all() for run in runs)
     edges = sum(len(run.vertices) - (not run.closed) for run in runs)
@@ -134,15 +133,15 @@ def test_the_half_is_what_is_above_the_plane(name: str, plane: Plane) -> None:
 def test_a_plane_through_vertices_cuts_at_them() -> None:
     mesh = trimesh.creation.box()
     # Quadrants of the cube's faces, so that the plane passes edges, and along others.
-    surface = Ground.of(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)[:2])
+    surface = Surface.from_arrays(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)[:2]).orient()
     at = cut_half(surface, X)
-    assert at.surface.surface.areas.sum() == pytest.approx(3.0)
+    assert at.surface.areas.sum() == pytest.approx(3.0)
     (run,) = at.seams()
     assert run.closed
     # A face in the plane is left out, and its rim is the seam.
     flush = cut_half(surface, Plane((-0.5, 0.0, 0.0)))
     assert flush.in_plane == 8
-    assert flush.surface.surface.areas.sum() == pytest.approx(5.0)
+    assert flush.surface.areas.sum() == pytest.approx(5.0)
     assert [run.closed for run in flush.seams()] == [True]
 
 
@@ -281,14 +280,14 @@ def test_the_plane_of_a_turned_surface_is_found() -> None:
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         turn *= np.sign(np.linalg.det(turn))
         shift = 5.0 * rng.normal(size=3)
-        found = propose_plane(Ground.of(points @ turn.T + shift, body.faces))
+        found = propose_plane(Surface.from_arrays(points @ turn.T + shift, body.faces).orient())
         assert found.off < 1e-3
         assert abs(turn[:, 0] @ np.array(found.plane.normal)) > 1.0 - 1e-4
         assert abs(found.plane.heights(shift[None])[0]) < 1e-2
     # In place, it is exactly the plane of the axes; a body without any is far off.
-    assert propose_plane(Ground.of(points, body.faces)).plane == X
+    assert propose_plane(Surface.from_arrays(points, body.faces).orient()).plane == X
     crooked = points + 0.4 * np.stack([z * y, x * z, 0.0 * x], axis=1)
-    assert propose_plane(Ground.of(crooked, body.faces)).off > 0.005
+    assert propose_plane(Surface.from_arrays(crooked, body.faces).orient()).off > 0.005
 
 
 @pytest.mark.parametrize("thick", [0.0, 0.01])
@@ -301,5 +300,5 @@ def test_the_plane_that_a_sheet_lies_in_is_no_symmetry(thick: float) -> None:
     if not thick:
         faces = faces[(points[faces][:, :, 2] > 0.49).all(axis=1)]
         points[:, 2] = 0.0
-    found = propose_plane(Ground.of(points, faces))
+    found = propose_plane(Surface.from_arrays(points, faces).orient())
     assert abs(found.plane.normal[2]) < 0.5 and not found.symmetric

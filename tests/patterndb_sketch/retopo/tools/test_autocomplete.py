@@ -10,9 +10,9 @@ import trimesh
 
 import patterndb
 from ingest.formats import read_mesh
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import (
@@ -148,10 +148,10 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
 ) -> None:
     """Beside every stretch of all four sides, wherever triangles are large against the radius."""
     if name == "jug":
-        surface = Ground.of_polygons(read_mesh(EXAMPLES / "jug.obj"))
+        surface = Surface.from_polygons(read_mesh(EXAMPLES / "jug.obj")).orient()
         middle, down = np.array([0.0, -6.5, 5.0]), np.array([0.0, 0.0, -1.0])
     else:
-        surface = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=1, radius=12.0))
+        surface = Surface.of(trimesh.creation.icosphere(subdivisions=1, radius=12.0)).orient()
         middle, down = np.array([0.0, -12.0, 0.0]), np.array([0.0, 0.0, -1.0])
     sizes = replace(Sizes.of(surface.diagonal), spine=half, snap=0.3 * half)
     with patterndb.open() as source:
@@ -172,18 +172,18 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
         assert len(edit.network.patches) == 2
 
 
-def example(name: str) -> Ground:
+def example(name: str) -> Surface:
     """A mesh of the examples."""
     mesh = read_mesh(EXAMPLES / name)
     faces = np.split(mesh.corners, mesh.offsets[1:-1])
     fans = [[f[0], f[k], f[k + 1]] for f in faces for k in range(1, len(f) - 1)]
-    return Ground.of(mesh.points, np.array(fans))
+    return Surface.from_arrays(mesh.points, np.array(fans)).orient()
 
 
-def ball() -> Ground:
+def ball() -> Surface:
     """A round ball of 5,120 triangles."""
     made = trimesh.creation.icosphere(subdivisions=4)
-    return Ground.of(np.array(made.vertices), np.array(made.faces))
+    return Surface.from_arrays(np.array(made.vertices), np.array(made.faces)).orient()
 
 
 @pytest.mark.parametrize("side", [0.6, 1.2, 3.0])
@@ -227,13 +227,13 @@ def test_something_can_be_closed_beside_every_straight_side(surface: str, side: 
     assert asked > 10
 
 
-def lay(surface: Ground, points: np.ndarray, up: np.ndarray) -> np.ndarray:
+def lay(surface: Surface, points: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Points (n, 3) laid on the surface where it looks the way of ``up``: walls may be thin."""
-    return surface.nearest_facing(points, np.tile(up, (len(points), 1))).feet.points
+    return surface.nearest_facing(points, np.tile(up, (len(points), 1))).points
 
 
 def square_somewhere(
-    surface: Ground, half: float, rng: np.random.Generator
+    surface: Surface, half: float, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """(4, 3) corners, counter-clockwise, (3,) the middle, and what is up there; well within the
     surface."""
@@ -253,7 +253,7 @@ def square_somewhere(
             return feet, middle, up
 
 
-def is_on_border(surface: Ground, point: np.ndarray) -> bool:
+def is_on_border(surface: Surface, point: np.ndarray) -> bool:
     """Is a point where the surface ends, or nearly?"""
     edges = np.sort(surface.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
     unique, count = np.unique(edges, axis=0, return_counts=True)

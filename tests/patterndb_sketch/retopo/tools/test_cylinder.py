@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     Network,
@@ -22,6 +22,7 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.cylinder import find_rings, join_loops
 from patterndb_sketch.retopo.tools.loop import cut_loop, plane_of_line
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.surfaces import plane, sphere, tube
 
 SIZES = Sizes(snap=0.15, spine=0.3, autocompletion=0.3, brush=0.3, edge=0.3, sampling=0.02)
@@ -31,29 +32,29 @@ NEAR = np.deg2rad(0.5)
 
 
 @cache
-def long_tube() -> Ground:
+def long_tube() -> Surface:
     return tube(around=72, along=40, length=4.0)
 
 
 @cache
-def ball() -> Ground:
+def ball() -> Surface:
     return sphere(4)
 
 
-def circle(surface: Ground, z: float, network: Network, radius: float = 1.0) -> Network:
+def circle(surface: Surface, z: float, network: Network, radius: float = 1.0) -> Network:
     """With the loop at height z, by the loop tool."""
     start = surface.nearest([[radius, 0.0, z]])
     return cut_loop(network, surface, SIZES, start, (0.0, 0.0, 1.0)).network
 
 
-def two_loops(surface: Ground, low: float, high: float) -> Network:
+def two_loops(surface: Surface, low: float, high: float) -> Network:
     network = Network()
     for z in (low, high):
         network = circle(surface, z, network, float(np.sqrt(max(1.0 - z * z, 0.0))) or 1.0)
     return network
 
 
-def drawn(surface: Ground, *points: tuple[float, float, float]) -> SurfaceCurve:
+def drawn(surface: Surface, *points: tuple[float, float, float]) -> SurfaceCurve:
     return clean_stroke(points, surface, SIZES, closed=False)
 
 

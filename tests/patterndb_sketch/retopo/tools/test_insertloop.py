@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import patterndb
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
@@ -18,7 +19,6 @@ from patterndb_sketch.retopo.filling import (
     side_lengths,
     weld_fills,
 )
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, are_equal, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.tools.insertloop import find_edge_at, find_nearest_edge, insert_loop
@@ -229,6 +229,6 @@ def test_surfaces_need_not_be_flat(source: PatternSource) -> None:
     editor.fill()
     do(editor, "insertloop", at=[0.0, 0.6, 0.8])
     mesh = weld_fills(editor.fill())
-    surface: Ground = editor.surface
+    surface: Surface = editor.surface
     off = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)
     assert off.max() < 1e-9

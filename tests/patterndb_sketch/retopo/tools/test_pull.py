@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -29,6 +28,7 @@ from patterndb_sketch.retopo.network.attaching import TOO_CLOSE
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.pull import find_held, pull_held, release_held
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import clean_stroke
 from tests.support.retopo.networks import (
     SIZES,
     chain_between,

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import Network, are_equal, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.spine import draw_spine, preview_spine
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.boundaries import same_corners
 from tests.support.retopo.planes import (
     SIZES,
@@ -63,7 +64,7 @@ CASES = {
 
 
 @cache
-def coarse_surface() -> Ground:
+def coarse_surface() -> Surface:
     """The same sheet in triangles several times as large as the patches, turned aslant."""
     n, turn = 5, 0.4
     x, y = np.meshgrid(np.linspace(-16, 16, n), np.linspace(-16, 16, n), indexing="ij")
@@ -71,12 +72,12 @@ def coarse_surface() -> Ground:
     flat = flat @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
     k = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
     faces = [np.stack([k, k + n, k + n + 1], axis=1), np.stack([k, k + n + 1, k + 1], axis=1)]
-    return Ground.of(np.c_[flat, np.zeros(n * n)], np.concatenate(faces))
+    return Surface.from_arrays(np.c_[flat, np.zeros(n * n)], np.concatenate(faces)).orient()
 
 
 @pytest.mark.parametrize("surface", [plane_surface, coarse_surface])
 @pytest.mark.parametrize("name", CASES)
-def test_every_case_of_the_figure_has_its_patch(name: str, surface: Callable[[], Ground]) -> None:
+def test_every_case_of_the_figure_has_its_patch(name: str, surface: Callable[[], Surface]) -> None:
     drawn, corners, junctions, curves = CASES[name]
     before = polygons(*drawn)
     kept = {patch: corners_of(before, patch) for patch in before.patches}
@@ -157,7 +158,7 @@ def test_a_stroke_beside_the_surface_border_is_refused_beyond_it() -> None:
 @pytest.mark.parametrize("share", [1.0, 0.5, 0.25])
 def test_spines_are_as_wide_as_asked_on_triangles_of_any_size(rounds: int, share: float) -> None:
     ball = trimesh.creation.icosphere(subdivisions=rounds)
-    surface = Ground.of(ball.vertices, ball.faces)
+    surface = Surface.from_arrays(ball.vertices, ball.faces).orient()
     sizes = Sizes.of(surface.diagonal)
     sizes = replace(sizes, spine=share * sizes.spine)
     rng = np.random.default_rng(rounds)

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -31,6 +31,7 @@ from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_
 from patterndb_sketch.retopo.network.samples import take_samples
 from patterndb_sketch.retopo.tools.patch import make_patch
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.networks import (
     SIZES,
     chain_between,
@@ -228,7 +229,7 @@ def test_the_two_sides_of_a_thin_sheet_do_not_cross() -> None:
     vertices = np.array(
         [[x, y, z] for z in (0.0, 0.01) for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))], float
     )
-    surface = Ground.of(vertices, [[4, 5, 6], [4, 6, 7], [0, 2, 1], [0, 3, 2]])
+    surface = Surface.from_arrays(vertices, [[4, 5, 6], [4, 6, 7], [0, 2, 1], [0, 3, 2]]).orient()
     top = even([[-0.5, 0, 0.01], [0.5, 0, 0.01]])
     below = even([[0, -0.5, 0], [0, 0.5, 0]])
     network = insert_stroke(Network(), surface, SIZES, SurfaceCurve(top, up(top), False)).network

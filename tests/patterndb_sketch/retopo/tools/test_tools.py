@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import (
     REQUIRED,
     Argument,
@@ -27,7 +28,6 @@ from patterndb_sketch.retopo.arguments import (
 )
 from patterndb_sketch.retopo.editor import TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.script import line_of, script_of
 from patterndb_sketch.retopo.table import NOT_TOOLS, describe_tools, find_tools
@@ -52,13 +52,15 @@ LINES = (
 )
 
 
-def sheet() -> Ground:
+def sheet() -> Surface:
     """A sheet from -5 to 5 both ways, of triangles as small as patches in a plane need them."""
     x, y = np.meshgrid(np.linspace(-5.0, 5.0, 81), np.linspace(-5.0, 5.0, 81), indexing="ij")
     at = np.arange(x.size).reshape(x.shape)
     a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]))
     triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
-    return Ground.of(np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1), triangles)
+    return Surface.from_arrays(
+        np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1), triangles
+    ).orient()
 
 
 def grid(source: PatternSource) -> Editor:
@@ -88,7 +90,7 @@ def bare(source: PatternSource) -> Editor:
 def beside_edge(source: PatternSource) -> Editor:
     """A curve on a box, beside one of its edges."""
     box = trimesh.creation.box((2.0, 2.0, 2.0)).subdivide().subdivide()
-    editor = Editor(Ground.of(box.vertices, box.faces), source)
+    editor = Editor(Surface.from_arrays(box.vertices, box.faces).orient(), source)
     do(editor, "stroke", points=[[-0.6, 0.95, 1.0], [0.6, 0.95, 1.0]])
     return editor
 

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, fill_network, filling_of, weld_fills
-from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, are_equal, check_network, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.sizes import Sizes
@@ -38,7 +38,7 @@ def grid(source: PatternSource) -> Network:
     return drawn_grid(source, 2).fill().network
 
 
-def mesh_of(network: Network, surface: Ground, source: PatternSource) -> RetopoMesh:
+def mesh_of(network: Network, surface: Surface, source: PatternSource) -> RetopoMesh:
     found = fill_network(network, surface, source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
     return weld_fills(found)

@@ -7,18 +7,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Ground, LocalMap, MapExtent, SurfacePoints, spread_map
-from patterndb_sketch.retopo.ground.localmap import TORN
+from patterndb_sketch.retopo.tracing import LocalMap, MapExtent, spread_map
+from patterndb_sketch.retopo.tracing.localmap import TORN
 from tests.support.retopo.surfaces import bumps, grid, raised, sphere
 
 B = 1.0
 STEP = B / 10.0
 
 
-def flat_surface(columns: int, rows: int, seed: int, low: tuple[float, float]) -> Ground:
+def flat_surface(columns: int, rows: int, seed: int, low: tuple[float, float]) -> Surface:
     at, faces = grid(columns, rows, STEP, seed, low)
-    return Ground.of(raised(at, lambda x, y: 0.0 * x), faces)
+    return Surface.from_arrays(raised(at, lambda x, y: 0.0 * x), faces).orient()
 
 
 def line(start: tuple[float, ...], end: tuple[float, ...], n: int) -> np.ndarray:
@@ -82,7 +83,7 @@ class TestOnACylinder:
         flat, faces = grid(60, 80, STEP, seed, (-3.0, -2.0))
         turn = flat[:, 0] / radius
         rolled = np.c_[radius * np.cos(turn), radius * np.sin(turn), flat[:, 1]]
-        surface = Ground.of(rolled, faces)
+        surface = Surface.from_arrays(rolled, faces).orient()
         stroke = surface.nearest(line((radius, 0.0, 0.0), (radius, 0.0, 4.0), 81))
         found = spread_map(
             surface, stroke, np.tile((0.0, 0.0, 1.0), (81, 1)), MapExtent.spine(B, 4.0)
@@ -91,7 +92,7 @@ class TestOnACylinder:
         assert len(error) > 500 and error.max() < 1e-3 * B
 
 
-def spread(seed: int) -> tuple[Ground, LocalMap]:
+def spread(seed: int) -> tuple[Surface, LocalMap]:
     surface = bumps(seed, 40)
     rng = np.random.default_rng(seed)
     at = surface.nearest(rng.uniform(0.4, 0.6, (1, 3)))
@@ -176,7 +177,7 @@ class TestReach:
         ] + [
             np.stack([24 * r + i, 24 * r + 24 + (i + 1) % 24, 24 * r + 24 + i], 1) for r in range(3)
         ]
-        surface = Ground.of(np.concatenate(rings), np.concatenate(faces))
+        surface = Surface.from_arrays(np.concatenate(rings), np.concatenate(faces)).orient()
         seeds = surface.nearest(line((1.0, 0.0, 0.5), (1.0, 0.0, 2.5), 9))
         window = MapExtent(20.0, (-9.0, 9.0), (-9.0, 9.0))
         found = spread_map(surface, seeds, np.tile((0.0, 0.0, 1.0), (9, 1)), window)
@@ -190,10 +191,10 @@ class TestReach:
 
     def test_it_does_not_depend_on_the_surface_elsewhere(self) -> None:
         near, far = sphere(3), sphere(3)
-        both = Ground.of(
+        both = Surface.from_arrays(
             np.concatenate([near.vertices, far.vertices + 9.0]),
             np.concatenate([near.triangles, far.triangles + len(near.vertices)]),
-        )
+        ).orient()
         seed = near.nearest([(0.0, 0.0, 1.0)])
         window = MapExtent.completion(0.4)
         one = spread_map(near, seed, [(1.0, 0.0, 0.0)], window)

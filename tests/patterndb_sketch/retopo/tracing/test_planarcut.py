@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Trace, cut_by_plane
+from patterndb_sketch.retopo.tracing import Trace, cut_by_plane
 from tests.support.retopo.surfaces import bumps, plane, sphere, tube
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
@@ -20,7 +21,7 @@ CUBE_FACES = np.array(
 )
 
 
-def lies_within(surface: Ground, trace: Trace) -> None:
+def lies_within(surface: Surface, trace: Trace) -> None:
     """Does every segment lie in its triangle, and every point of the line on the surface?"""
     line = trace.round
     assert len(line) == len(trace.triangles) + 1
@@ -36,7 +37,7 @@ def lies_within(surface: Ground, trace: Trace) -> None:
         assert np.abs(off).max() < 1e-9 * surface.diagonal
 
 
-def cut_triangles(surface: Ground, point: np.ndarray, normal: np.ndarray) -> float:
+def cut_triangles(surface: Surface, point: np.ndarray, normal: np.ndarray) -> float:
     """The whole length of the plane's cuts through all triangles, one after the other."""
     total = 0.0
     height = (surface.vertices - point) @ normal
@@ -85,7 +86,7 @@ class TestClosed:
             assert start.triangles[0] == trace.triangles[-1]
 
     def test_through_vertices_and_along_edges_of_a_cube(self) -> None:
-        cube = Ground.of(CUBE, CUBE_FACES)
+        cube = Surface.from_arrays(CUBE, CUBE_FACES).orient()
         start = cube.nearest([(0.5, 0.5, 1.0)])
         for normal, length in (
             ((1.0, -1.0, 0.0), 2.0 + 2.0 * np.sqrt(2.0)),
@@ -106,16 +107,16 @@ class TestClosed:
     def test_a_plane_that_only_touches_is_refused(
         self, point: tuple[float, ...], normal: tuple[float, ...]
     ) -> None:
-        cube = Ground.of(CUBE, CUBE_FACES)
+        cube = Surface.from_arrays(CUBE, CUBE_FACES).orient()
         with pytest.raises(RefusedError, match="only touches"):
             cut_by_plane(cube, cube.nearest([point]), normal)
 
     def test_parts_are_cut_one_by_one(self) -> None:
         ball = sphere(2)
-        both = Ground.of(
+        both = Surface.from_arrays(
             np.concatenate([ball.vertices, ball.vertices + np.array((3.0, 0.0, 0.0))]),
             np.concatenate([ball.triangles, ball.triangles + len(ball.vertices)]),
-        )
+        ).orient()
         start = both.nearest([(0.0, 1.0, 0.1)])
         one = cut_by_plane(ball, ball.nearest([(0.0, 1.0, 0.1)]), (0.0, 0.0, 1.0))
         two = cut_by_plane(both, start, (0.0, 0.0, 1.0))
@@ -156,7 +157,7 @@ class TestOpen:
         flat = plane(6, 6)
         turned = flat.triangles.copy()
         turned[::3] = turned[::3, ::-1]
-        mixed = Ground.of(flat.vertices, turned)
+        mixed = Surface.from_arrays(flat.vertices, turned).orient()
         start = mixed.nearest([(0.31, 0.32, 0.0)])
         trace = cut_by_plane(mixed, start, (1.0, 0.2, 0.0))
         again = cut_by_plane(flat, flat.nearest([(0.31, 0.32, 0.0)]), (1.0, 0.2, 0.0))

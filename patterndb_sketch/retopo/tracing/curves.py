@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,9 +10,13 @@ from numpy.typing import ArrayLike
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, as_points, units
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import GRAZE, Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
 from patterndb_sketch.retopo.sizes import Sizes
+
+#: A line along the normal that meets the surface further off than this many target edges has met
+#: another part of it.
+TOO_FAR = 4.0
 
 #: Rounds of smoothing that take the jitter of a hand out of a stroke. Source: the released
 #: program of Takayama et al. 2013.
@@ -44,7 +48,7 @@ class SurfaceCurve:
 
 def clean_stroke(
     points: ArrayLike,
-    surface: Ground,
+    surface: Surface,
     sizes: Sizes,
     closed: bool | None = None,
     normals: ArrayLike | None = None,
@@ -86,8 +90,22 @@ def clean_stroke(
     even = at_lengths(drawn, wanted)
     turned = np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1)
     even = smooth_polyline(even, ROUNDS, closed)
-    done = surface.project_near(even, units(turned), sizes)
+    done = project_near(surface, even, units(turned), sizes)
     return SurfaceCurve(done.points, done.normals, closed, len(done.missed) + len(done.lost))
+
+
+def project_near(
+    surface: Surface, points: ArrayLike, normals: ArrayLike, sizes: Sizes
+) -> SurfacePoints:
+    """Take points (n, 3) that lie nearly on a surface, as those of a curve that was smoothed or cut
+    short between places on it, along their normals to it; see :meth:`Surface.project`.
+
+    A hit much further off than the nearest point that faces so is on another part: in a crease the
+    line may pass the near side, and meet what is far beyond. Such a point counts as missed.
+    """
+    close = surface.nearest_facing(points, normals).points
+    slack = GRAZE * np.linalg.norm(close - points, axis=1) + sizes.sampling
+    return surface.project(points, normals, np.minimum(slack, TOO_FAR * sizes.edge))
 
 
 def is_closing(points: Points, snap: float) -> bool:
@@ -155,7 +173,7 @@ class Trace:
     def length(self) -> float:
         return float(arc_length(self.round)[-1])
 
-    def feet(self, surface: Ground, lengths: Points) -> SurfacePoints:
+    def feet(self, surface: Surface, lengths: Points) -> SurfacePoints:
         """Points on the surface at these arc lengths (k,) from its start, the ends beyond."""
         line = self.round
         along = arc_length(line)
@@ -166,9 +184,9 @@ class Trace:
         points = line[k] + share[:, None] * (line[k + 1] - line[k])
         triangles = self.triangles[k]
         found = surface.at(triangles, find_weights(surface, triangles, points))
-        return SurfacePoints(points, found.normals, found.triangles, found.weights)
+        return replace(found, points=points)
 
-    def sample(self, surface: Ground, sampling: float) -> SurfaceCurve:
+    def sample(self, surface: Surface, sampling: float) -> SurfaceCurve:
         """At equal arc length, about ``sampling`` apart, at least 3 points; ends exact."""
         length = self.length
         edges = max(3 if self.closed else 2, round(length / sampling))
@@ -180,7 +198,7 @@ class Trace:
         return SurfaceCurve(points, feet.normals, self.closed)
 
 
-def find_weights(surface: Ground, triangles: Int32Array, points: Points) -> Points:
+def find_weights(surface: Surface, triangles: Int32Array, points: Points) -> Points:
     """(n, 3) barycentric weights of points (n, 3) in the planes of triangles (n,), none below 0."""
     corner = surface.vertices[surface.triangles[triangles]]
     u, v = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]

@@ -8,13 +8,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfacePoints, Trace, trace_geodesic
-from tests.patterndb_sketch.retopo.ground.test_planarcut import CUBE, CUBE_FACES, lies_within
+from patterndb_sketch.retopo.tracing import Trace, trace_geodesic
+from tests.patterndb_sketch.retopo.tracing.test_planarcut import CUBE, CUBE_FACES, lies_within
 from tests.support.retopo.surfaces import bumps, grid, plane, raised, sphere, tube
 
 
-def between(surface: Ground, a: np.ndarray, b: np.ndarray) -> Trace:
+def between(surface: Surface, a: np.ndarray, b: np.ndarray) -> Trace:
     feet = surface.nearest([a, b])
     trace = trace_geodesic(surface, feet[:1], feet[1:])
     assert (trace.points[0] == feet.points[0]).all()
@@ -22,7 +23,7 @@ def between(surface: Ground, a: np.ndarray, b: np.ndarray) -> Trace:
     return trace
 
 
-def somewhere(surface: Ground, rng: np.random.Generator) -> SurfacePoints:
+def somewhere(surface: Surface, rng: np.random.Generator) -> SurfacePoints:
     """A point within a triangle, on an edge, or at a vertex."""
     weights = rng.dirichlet((1.0, 1.0, 1.0))
     kind = rng.integers(3)
@@ -31,7 +32,7 @@ def somewhere(surface: Ground, rng: np.random.Generator) -> SurfacePoints:
     return surface.at(triangle, rng.permutation(weights / weights.sum())[None])
 
 
-def shortest_through(surface: Ground, trace: Trace) -> float:
+def shortest_through(surface: Surface, trace: Trace) -> float:
     """The least length of a path through the same edges, by a general minimiser.
 
     Where the path passes a vertex, from triangle to triangle with no edge in common, its own.
@@ -65,14 +66,14 @@ def shortest_through(surface: Ground, trace: Trace) -> float:
     return length(share, 0.0)[0]
 
 
-def straight_all_round(surface: Ground, trace: Trace) -> None:
+def straight_all_round(surface: Surface, trace: Trace) -> None:
     """At every vertex inside that the path passes, is neither side less than a straight angle?
 
     By brute force: the angles of all triangles in order round the vertex, and where the path
     comes and goes among them.
     """
     border = np.zeros(len(surface.vertices), bool)
-    sides = surface.topology.border
+    sides = surface.adjacency.border
     border[surface.triangles[sides // 3, sides % 3]] = True
     border[surface.triangles[sides // 3, (sides % 3 + 1) % 3]] = True
     for k in range(1, len(trace.points) - 1):
@@ -94,7 +95,7 @@ def straight_all_round(surface: Ground, trace: Trace) -> None:
                 if held == f:
                     places[name] = turn + angle(u, point - at)
             turn += angle(u, w)
-            side = surface.topology.across[3 * f + (e + 2) % 3]
+            side = surface.adjacency.across[3 * f + (e + 2) % 3]
             f = side // 3
             e = int(np.flatnonzero(surface.triangles[f] == v)[0])
             if f == first:
@@ -140,7 +141,7 @@ class TestUnrolled:
         lies_within(pipe, trace)
 
     def test_over_the_edges_of_a_cube(self) -> None:
-        cube = Ground.of(CUBE, CUBE_FACES)
+        cube = Surface.from_arrays(CUBE, CUBE_FACES).orient()
         centres = (0.5, 0.5, 1.0), (1.0, 0.5, 0.5)
         assert between(cube, *np.array(centres)).length == pytest.approx(1.0, rel=1e-12)
         # From corner to opposite corner over two faces unrolled.
@@ -150,7 +151,7 @@ class TestUnrolled:
         at, faces = grid(10, 10, 0.1)
         middle = at[faces].mean(axis=1)
         kept = (np.abs(middle - 0.5) > 0.2).any(axis=1)
-        holed = Ground.of(raised(at, lambda x, y: 0.0 * x), faces[kept])
+        holed = Surface.from_arrays(raised(at, lambda x, y: 0.0 * x), faces[kept]).orient()
         trace = between(holed, np.array((0.1, 0.5, 0.0)), np.array((0.9, 0.5, 0.0)))
         assert trace.length == pytest.approx(2.0 * np.hypot(0.2, 0.2) + 0.4, rel=1e-9)
 
@@ -198,7 +199,7 @@ class TestCurved:
 class TestUnusualSurfaces:
     def test_a_fin_on_an_edge_of_three_triangles(self) -> None:
         points = [(0, 0, 0), (0, 2, 0), (1, 1, 0), (-1, 1, 0), (0, 1, 1)]
-        fin = Ground.of(points, [(0, 2, 1), (0, 1, 3), (0, 4, 1)])
+        fin = Surface.from_arrays(points, [(0, 2, 1), (0, 1, 3), (0, 4, 1)]).orient()
         tips = np.array(points, float)[2:]
         for a, b in ((0, 1), (1, 2), (0, 2)):
             assert between(fin, tips[a], tips[b]).length == pytest.approx(2.0, rel=1e-12)
@@ -209,12 +210,16 @@ class TestUnusualSurfaces:
         turned[::3] = turned[::3, ::-1]
         a, b = np.array((0.2, 0.1, 0.0)), np.array((0.7, 0.9, 0.0))
         one = between(hills, *hills.nearest([a, b]).points)
-        two = between(Ground.of(hills.vertices, turned), *hills.nearest([a, b]).points)
+        two = between(
+            Surface.from_arrays(hills.vertices, turned).orient(), *hills.nearest([a, b]).points
+        )
         assert two.length == pytest.approx(one.length, rel=1e-9)
 
     def test_vertices_that_stand_double_are_one(self) -> None:
         flat = plane()
-        soup = Ground.of(flat.vertices[flat.triangles.ravel()], np.arange(2400).reshape(-1, 3))
+        soup = Surface.from_arrays(
+            flat.vertices[flat.triangles.ravel()], np.arange(2400).reshape(-1, 3)
+        ).orient()
         assert len(soup.vertices) == len(flat.vertices)
         trace = between(soup, np.array((0.1, 0.1, 0.0)), np.array((1.7, 1.3, 0.0)))
         assert trace.length == pytest.approx(2.0, rel=1e-12)
@@ -223,10 +228,10 @@ class TestUnusualSurfaces:
 class TestRefusals:
     def test_parts_that_do_not_hang_together(self) -> None:
         flat = plane(4, 4)
-        both = Ground.of(
+        both = Surface.from_arrays(
             np.concatenate([flat.vertices, flat.vertices + np.array((5.0, 0.0, 0.0))]),
             np.concatenate([flat.triangles, flat.triangles + len(flat.vertices)]),
-        )
+        ).orient()
         with pytest.raises(RefusedError, match="do not hang together"):
             between(both, np.array((0.1, 0.1, 0.0)), np.array((5.3, 0.1, 0.0)))
 

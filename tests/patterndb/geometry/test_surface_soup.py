@@ -14,9 +14,10 @@ from hypothesis import strategies as st
 from ingest.formats import read_mesh
 from patterndb._native.geometry.triangulation import write_once
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import InvalidMeshError
+from patterndb.geometry.surface import Surface
 from patterndb.geometry.triangulation import MOST_EXACT, SHORTER, cut_faces, triangulate_faces, weld
-from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration.mapping import find_outermost
 from tests.support.features.models import soup, sphere, sphere_model, to_model, together
 from tests.support.shared import MESHES, SHARED
 
@@ -27,11 +28,11 @@ CARS = [
 ]
 
 
-def same(one: Model, other: Model) -> bool:
+def same(one: Surface, other: Surface) -> bool:
     """Bit by bit."""
-    arrays = [(one.points, other.points), (one.triangles, other.triangles)]
+    arrays = [(one.vertices, other.vertices), (one.triangles, other.triangles)]
     arrays += [(one.corners, other.corners), (one.components, other.components)]
-    arrays += zip(one.mesh.boxes, other.mesh.boxes, strict=True)
+    arrays += zip(one.boxes, other.boxes, strict=True)
     equal = all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in arrays)
     return equal and one.diagonal == other.diagonal
 
@@ -47,8 +48,10 @@ def random_triangles(seed: int, n: int = 60) -> np.ndarray:
     return rng.integers(-4, 5, (n, 1, 3)) + rng.integers(-2, 3, (n, 3, 3)) / 2.0
 
 
-def of_corners(corners: np.ndarray) -> Model:
-    return Model.from_arrays(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+def of_corners(corners: np.ndarray) -> Surface:
+    return Surface.from_soup(
+        PolygonMesh.from_faces(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    )
 
 
 class TestSoup:
@@ -57,10 +60,10 @@ class TestSoup:
     @pytest.mark.parametrize("path", CARS, ids=lambda path: path.stem)
     def test_of_a_car(self, path: Path) -> None:
         mesh = read_mesh(path)
-        model = Model.from_polygons(mesh)
-        apart = Model.from_arrays(*soup(model.points, model.triangles, 1))
+        model = Surface.from_soup(mesh)
+        apart = Surface.from_soup(PolygonMesh.from_faces(*soup(model.vertices, model.triangles, 1)))
         assert same(model, apart)
-        assert (apart.dropped, apart.repeated) == (0, 0)
+        assert (apart.repairs.dropped, apart.repairs.repeated) == (0, 0)
         # The faces themselves shuffled, turned and flipped, on points of their own.
         rng = np.random.default_rng(2)
         places, faces = [], []
@@ -68,17 +71,17 @@ class TestSoup:
             face = np.roll(mesh.corners[mesh.offsets[f] : mesh.offsets[f + 1]], rng.integers(9))
             faces.append([*range(len(places), len(places) + len(face))])
             places += list(mesh.points[face[:: rng.choice([-1, 1])]])
-        assert same(model, Model.from_polygons(polygons(faces, np.array(places))))
+        assert same(model, Surface.from_soup(polygons(faces, np.array(places))))
 
     def test_answers_are_the_same(self) -> None:
-        model = Model.from_polygons(read_mesh(CARS[0]))
-        apart = Model.from_arrays(*soup(model.points, model.triangles, 3))
+        model = Surface.from_soup(read_mesh(CARS[0]))
+        apart = Surface.from_soup(PolygonMesh.from_faces(*soup(model.vertices, model.triangles, 3)))
         rng = np.random.default_rng(4)
         asked, way = rng.normal(size=(50, 3)), rng.normal(size=(50, 3))
         for one, other in (
             (model.nearest(asked), apart.nearest(asked)),
-            (model.first_hits(asked, way), apart.first_hits(asked, way)),
-            (model.outermost(asked, way), apart.outermost(asked, way)),
+            (model.cast_rays(asked, way), apart.cast_rays(asked, way)),
+            (model.cast_lines(asked, way)[1], apart.cast_lines(asked, way)[1]),
         ):
             assert one.points.tobytes() == other.points.tobytes()
             assert (one.triangles == other.triangles).all()
@@ -89,10 +92,11 @@ class TestSoup:
         corners = random_triangles(seed)
         model = of_corners(corners)
         points, faces = soup(corners.reshape(-1, 3), np.arange(len(corners) * 3).reshape(-1, 3), 5)
-        apart = Model.from_arrays(points, faces)
+        apart = Surface.from_soup(PolygonMesh.from_faces(points, faces))
         assert same(model, apart)
-        assert (model.dropped, model.repeated) == (apart.dropped, apart.repeated)
-        n = len(model.triangles) + model.dropped + model.repeated
+        left_out = model.repairs.dropped, model.repairs.repeated
+        assert left_out == (apart.repairs.dropped, apart.repairs.repeated)
+        n = len(model.triangles) + sum(left_out)
         assert n == len(corners)
 
 
@@ -118,15 +122,19 @@ class TestWelding:
 
     def test_nearly_the_same_place_is_the_same(self) -> None:
         points, faces = sphere()
-        exact = Model.from_arrays(points, faces)
+        exact = Surface.from_soup(PolygonMesh.from_faces(points, faces))
         apart, alone = soup(points, faces, 6)
         shaken = apart + 1e-10 * np.random.default_rng(7).uniform(-1, 1, apart.shape)
-        loose = Model.from_arrays(shaken, alone)
-        assert len(loose.points) == len(points)
+        loose = Surface.from_soup(PolygonMesh.from_faces(shaken, alone))
+        assert len(loose.vertices) == len(points)
         assert loose.n_components == 1
-        assert np.abs(loose.points[:, None] - exact.points).max(axis=2).min(axis=1).max() < 1e-9
-        zero = Model.from_arrays([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-        minus = Model.from_arrays([[-0.0, -0.0, 0], [1, -0.0, 0], [0, 1, 0]], [[0, 1, 2]])
+        assert np.abs(loose.vertices[:, None] - exact.vertices).max(axis=2).min(axis=1).max() < 1e-9
+        zero = Surface.from_soup(
+            PolygonMesh.from_faces([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        )
+        minus = Surface.from_soup(
+            PolygonMesh.from_faces([[-0.0, -0.0, 0], [1, -0.0, 0], [0, 1, 0]], [[0, 1, 2]])
+        )
         assert same(zero, minus)
 
 
@@ -167,7 +175,7 @@ class TestTriangulating:
         reach = rng.uniform(0.2, 1.0, n)
         flat = np.stack([reach * np.cos(turn), reach * np.sin(turn)], axis=1)
         axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-        model = Model.from_polygons(polygons([[*range(n)]], flat @ axes[:2]))
+        model = Surface.from_soup(polygons([[*range(n)]], flat @ axes[:2]))
         u = model.corners[:, 1] - model.corners[:, 0]
         v = model.corners[:, 2] - model.corners[:, 0]
         x, y = flat.T
@@ -177,19 +185,19 @@ class TestTriangulating:
 
     def test_shorter_diagonals_of_a_flat_face_win(self) -> None:
         points = np.array([[0.0, 0, 0], [3, 0, 0], [4, 1, 0], [1, 1, 0]])
-        model = Model.from_polygons(polygons([[0, 1, 2, 3]], points))
-        assert [0, 0, 0] in model.points.tolist() and len(model.triangles) == 2
+        model = Surface.from_soup(polygons([[0, 1, 2, 3]], points))
+        assert [0, 0, 0] in model.vertices.tolist() and len(model.triangles) == 2
         shared = set(model.triangles[0].tolist()) & set(model.triangles[1].tolist())
-        ends = {tuple(model.points[v]) for v in shared}
+        ends = {tuple(model.vertices[v]) for v in shared}
         assert ends == {(3.0, 0.0, 0.0), (1.0, 1.0, 0.0)}
 
     def test_what_is_left_out_is_counted(self) -> None:
         points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [5, 5, 5]])
         faces = [[0, 1, 2, 3], [3, 2, 1, 0], [0, 1], [0, 0, 1], [0, 1, 4]]
-        model = Model.from_polygons(polygons(faces, points))
-        assert (model.dropped, model.repeated) == (2, 2)
+        model = Surface.from_soup(polygons(faces, points))
+        assert (model.repairs.dropped, model.repairs.repeated) == (2, 2)
         # The triangle without area stays; the point that no face has does not.
-        assert len(model.triangles) == 3 and len(model.points) == 5
+        assert len(model.triangles) == 3 and len(model.vertices) == 5
         assert model.diagonal == math.sqrt(5.0)
 
     @settings(max_examples=30)
@@ -211,8 +219,8 @@ class TestTriangulating:
         assert np.linalg.norm(areas.sum(axis=0)) == pytest.approx(area, rel=1e-6)
         assert sorted(map(sorted, edges_once(triangles))) == sorted(map(sorted, pairs_of(face)))
         turned = polygons([np.roll(face[::-1], 7).tolist()], mesh.points)
-        one, two = Model.from_polygons(mesh), Model.from_polygons(turned)
-        assert (one.triangles == two.triangles).all() and (one.points == two.points).all()
+        one, two = Surface.from_soup(mesh), Surface.from_soup(turned)
+        assert (one.triangles == two.triangles).all() and (one.vertices == two.vertices).all()
 
     def test_an_outline_with_a_bridge_to_its_hole_is_covered_once(self) -> None:
         n = 400
@@ -299,8 +307,9 @@ class TestQueries:
         rng = np.random.default_rng(seed + 1)
         asked = np.concatenate([rng.normal(size=(10, 3)) * 4.0, rng.integers(-4, 5, (10, 3))])
         feet = model.nearest(asked)
-        assert feet.lengths == pytest.approx(to_model(asked, model.corners), abs=1e-12)
-        assert np.linalg.norm(feet.points - asked, axis=1) == pytest.approx(feet.lengths)
+        off = model.measure_distances(asked)
+        assert off == pytest.approx(to_model(asked, model.corners), abs=1e-12)
+        assert np.linalg.norm(feet.points - asked, axis=1) == pytest.approx(off)
         own = [
             to_model(p[None], model.corners[[f]])[0]
             for p, f in zip(feet.points, feet.triangles, strict=True)
@@ -314,9 +323,10 @@ class TestQueries:
             axes, _ = np.linalg.qr(rng.normal(size=(3, 3)))
             corners = (flat @ axes + rng.normal(size=3))[None]
             asked = rng.normal(size=(200, 3)) + corners[0, 0]
-            found = of_corners(corners).nearest(asked)
-            assert np.abs(found.lengths - to_model(asked, corners)).max() < 1e-9
-            assert to_model(found.points, corners).max() < 1e-14
+            model = of_corners(corners)
+            off = model.measure_distances(asked)
+            assert np.abs(off - to_model(asked, corners)).max() < 1e-9
+            assert to_model(model.nearest(asked).points, corners).max() < 1e-14
 
     @settings(max_examples=20)
     @given(st.integers(0, 2**32))
@@ -328,28 +338,27 @@ class TestQueries:
         ways = rng.normal(size=(30, 3))
         ways[:3] = np.eye(3)
         units = ways / np.linalg.norm(ways, axis=1, keepdims=True)
-        hits = model.all_hits(origins, ways)
-        first = model.first_hits(origins, ways)
-        outer = model.outermost(origins, ways)
+        offsets, hits = model.cast_lines(origins, ways)
+        first = model.cast_rays(origins, ways)
+        outer = find_outermost(model, origins, ways)
         for i in range(30):
             wanted = hit_by(model.corners, origins[i], units[i])
-            mine = slice(hits.offsets[i], hits.offsets[i + 1])
-            assert hits.triangles[mine].tolist() == [f for _, f in wanted]
-            assert hits.lengths[mine] == pytest.approx([s for s, _ in wanted], abs=1e-9)
+            mine = hits[offsets[i] : offsets[i + 1]]
+            assert mine.triangles.tolist() == [f for _, f in wanted]
+            assert mine.distances == pytest.approx([s for s, _ in wanted], abs=1e-9)
             ahead = [(s, f) for s, f in wanted if s >= 0]
             assert first.triangles[i] == (ahead[0][1] if ahead else -1)
-            assert outer.triangles[i] == (wanted[-1][1] if wanted else -1)
-            assert outer.lengths[i] == pytest.approx(wanted[-1][0] if wanted else np.inf)
-            for found in (first, outer):
-                if found.found[i]:
-                    along = origins[i] + found.lengths[i] * units[i]
-                    assert found.points[i] == pytest.approx(along, abs=1e-9)
+            assert outer[1][i] == pytest.approx(wanted[-1][0] if wanted else np.inf)
+            for points, lengths in ((first.points, first.distances), outer):
+                if np.isfinite(lengths[i]):
+                    along = origins[i] + lengths[i] * units[i]
+                    assert points[i] == pytest.approx(along, abs=1e-9)
                 else:
-                    assert np.isnan(found.points[i]).all() and found.lengths[i] == np.inf
+                    assert np.isnan(points[i]).all() and lengths[i] == np.inf
 
     def test_no_line_slips_through_an_edge_or_a_corner(self) -> None:
         points, faces = sphere()
-        model = Model.from_arrays(points, faces)
+        model = Surface.from_soup(PolygonMesh.from_faces(points, faces))
         rng = np.random.default_rng(9)
         edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]]])
         share = rng.uniform(size=(len(edges), 1))
@@ -358,46 +367,38 @@ class TestQueries:
         aim = np.concatenate(aims)
         for eye in ([0.0, 0, 0], [0.1, 0.2, -0.3], [0.0, 0, 0.5]):
             origins = np.broadcast_to(eye, aim.shape)
-            hit = model.first_hits(origins, aim - eye)
+            hit = model.cast_rays(origins, aim - eye)
             assert hit.found.all()
             assert np.linalg.norm(hit.points - aim, axis=1).max() < 1e-12
-            both = model.all_hits(origins, aim - eye)
-            before = np.minimum.reduceat(both.lengths, both.offsets[:-1])
-            after = np.maximum.reduceat(both.lengths, both.offsets[:-1])
+            offsets, both = model.cast_lines(origins, aim - eye)
+            before = np.minimum.reduceat(both.distances, offsets[:-1])
+            after = np.maximum.reduceat(both.distances, offsets[:-1])
             assert (before < 0).all() and (after > 0).all()
 
     def test_from_far_away(self) -> None:
         points, faces = sphere()
         far = np.array([3e6, -2e6, 1e6])
-        model = Model.from_arrays(points, faces)
-        hit = model.first_hits(np.broadcast_to(far, points.shape), points - far)
+        model = Surface.from_soup(PolygonMesh.from_faces(points, faces))
+        hit = model.cast_rays(np.broadcast_to(far, points.shape), points - far)
         facing = points @ far > 0.4 * np.linalg.norm(far)
         assert facing.sum() > 50 and hit.found[facing].all()
         # Lengths have seven digits left there, places more.
         assert np.linalg.norm(hit.points - points, axis=1)[facing].max() < 1e-7
 
     def test_outermost_of_nested_spheres_is_the_outer(self) -> None:
-        model = Model.from_arrays(*together(sphere(radius=1.0), sphere(radius=0.6)))
+        model = Surface.from_soup(
+            PolygonMesh.from_faces(*together(sphere(radius=1.0), sphere(radius=0.6)))
+        )
         rng = np.random.default_rng(10)
         ways = rng.normal(size=(200, 3))
         ways /= np.linalg.norm(ways, axis=1, keepdims=True)
         for reach in (0.0, 0.5, 0.8, 1.7):  # inside, in between, and outside: gamma below 0
-            outer = model.outermost(reach * ways, ways)
-            size = np.linalg.norm(outer.points, axis=1)
+            points, lengths = find_outermost(model, reach * ways, ways)
+            size = np.linalg.norm(points, axis=1)
             assert (size > 0.95).all()
-            assert outer.lengths == pytest.approx(size - reach, abs=1e-9)
-        aside = model.outermost([[3.0, 0, 0]], [[0.0, 1, 0]])
-        assert not aside.found[0] and aside.lengths[0] == np.inf
-
-    @settings(max_examples=30)
-    @given(st.integers(0, 2**32))
-    def test_boxes_against_all_triangles(self, seed: int) -> None:
-        model = of_corners(random_triangles(seed))
-        rng = np.random.default_rng(seed + 1)
-        low, high = np.sort(rng.integers(-5, 6, (2, 3)), axis=0)
-        lows, highs = model.corners.min(axis=1), model.corners.max(axis=1)
-        wanted = ((lows <= high) & (highs >= low)).all(axis=1)
-        assert model.within_box(low, high).tolist() == np.flatnonzero(wanted).tolist()
+            assert lengths == pytest.approx(size - reach, abs=1e-9)
+        aside = find_outermost(model, np.array([[3.0, 0, 0]]), np.array([[0.0, 1, 0]]))
+        assert np.isnan(aside[0]).all() and aside[1][0] == np.inf
 
     @settings(max_examples=15)
     @given(st.integers(0, 2**32))
@@ -421,19 +422,18 @@ class TestRefusals:
             (three, np.zeros((0, 3), int), "no faces"),
             (three, [[0, 1, 3]], "outside 0..2"),
             (three, [[0, 1, 1]], "no triangle"),
-            ([[0.0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], "point 2 of the model"),
-            (three, [[0, 1, 2, 0]], "whole numbers"),
+            ([[0.0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], "vertex 2 of the mesh"),
             (three, [[0.0, 1.0, 2.0]], "whole numbers"),
             ([[0.0, 0]], [[0, 0, 0]], r"\(v, 3\)"),
         ):
-            with pytest.raises(InvalidFeatureError, match=what):
-                Model.from_arrays(points, faces)
+            with pytest.raises(InvalidMeshError, match=what):
+                Surface.from_soup(PolygonMesh.from_faces(points, faces))
 
     def test_questions(self) -> None:
         model = sphere_model()
-        with pytest.raises(InvalidFeatureError, match="not finite"):
+        with pytest.raises(InvalidMeshError, match="not finite"):
             model.nearest([[0.0, np.nan, 0]])
-        with pytest.raises(InvalidFeatureError, match="direction 1 has no length"):
-            model.first_hits(np.zeros((2, 3)), [[1.0, 0, 0], [0, 0, 0]])
-        with pytest.raises(InvalidFeatureError, match="2 origins and 1 directions"):
-            model.all_hits(np.zeros((2, 3)), [[1.0, 0, 0]])
+        with pytest.raises(InvalidMeshError, match="direction 1 has no length"):
+            model.cast_rays(np.zeros((2, 3)), [[1.0, 0, 0], [0, 0, 0]])
+        with pytest.raises(InvalidMeshError, match="2 origins and 1 directions"):
+            model.cast_lines(np.zeros((2, 3)), [[1.0, 0, 0]])

@@ -12,14 +12,14 @@ from patterndb._native.retopo.ground.shortening import (
     unfold_strip,
 )
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.adjacency import Adjacency
 from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
-from patterndb_sketch.retopo.ground.topology import GroundTopology
+from patterndb_sketch.retopo.tracing.curves import Trace
 
 
-def trace_geodesic(surface: Ground, start: SurfacePoints, end: SurfacePoints) -> Trace:
+def trace_geodesic(surface: Surface, start: SurfacePoints, end: SurfacePoints) -> Trace:
     """The locally shortest path over the surface from one point (one foot) to another.
 
     It is straight within triangles and, laid flat, across edges; at a vertex that it passes
@@ -40,7 +40,7 @@ def trace_geodesic(surface: Ground, start: SurfacePoints, end: SurfacePoints) ->
             )
     if (start.points == end.points).all():
         raise RefusedError("a path needs two points at different places")
-    vertices, triangles, topology = surface.vertices, surface.triangles, surface.topology
+    vertices, triangles, topology = surface.vertices, surface.triangles, surface.adjacency
     first, last = start.triangles[:1], end.triangles[:1]
     both = np.concatenate([start.points, end.points])
     if first[0] == last[0]:
@@ -67,7 +67,7 @@ def trace_geodesic(surface: Ground, start: SurfacePoints, end: SurfacePoints) ->
 
 def find_route(
     vertices: Points,
-    topology: GroundTopology,
+    topology: Adjacency,
     first: Index,
     start: Floats,
     last: Index,

@@ -21,8 +21,8 @@ from patterndb._native.retopo.ground.localmap import (
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
 
 #: A triangle with an edge this many times as long in (u, v) as it is lies where two fronts met,
 #: as on the back of a thin limb.
@@ -75,7 +75,7 @@ class LocalMap:
     corners:   (k, 3) int32, their corners as places in ``vertices``.
     """
 
-    surface: Ground
+    surface: Surface
     vertices: Int32Array
     uv: Points
     distance: NDArray[np.float64]
@@ -111,7 +111,7 @@ class LocalMap:
         room = 0.5 * float(np.linalg.norm(high - low))
         near = np.flatnonzero(((at >= low - room) & (at <= high + room)).all(axis=1))
         there = self.surface.nearest_facing(at[near], up[near])
-        result[near] = self.of(there.feet)
+        result[near] = self.of(there)
         result[near[there.lost]] = np.nan
         return result
 
@@ -126,18 +126,14 @@ class LocalMap:
             raise InvalidRetopoError(f"(u, v) must be (n, 2), got {wanted.shape}")
         place, weights = find_containing(self.uv, self.corners, self.distance, *self._grid, wanted)
         found = place >= 0
-        n = len(wanted)
-        feet = SurfacePoints(
-            np.full((n, 3), np.nan), np.full((n, 3), np.nan), np.full(n, -1, np.int32), weights
-        )
-        on = self.surface.at(self.triangles[place[found]], weights[found])
-        feet.points[found], feet.normals[found] = on.points, on.normals
-        feet.triangles[found] = on.triangles
+        triangles = np.full(len(wanted), -1, np.int32)
+        triangles[found] = self.triangles[place[found]]
+        feet = self.surface.at(triangles, weights)
         return feet, found
 
 
 def spread_map(
-    surface: Ground, seeds: SurfacePoints, tangents: ArrayLike, window: MapExtent
+    surface: Surface, seeds: SurfacePoints, tangents: ArrayLike, window: MapExtent
 ) -> LocalMap:
     """The map spread from a stroke's points (n >= 1), or from one point.
 
@@ -169,8 +165,8 @@ def spread_map(
     found, uv, distance = spread_front(
         surface.vertices,
         surface.normals,
-        surface.topology.star_start,
-        surface.topology.star,
+        surface.adjacency.star_start,
+        surface.adjacency.star,
         vertices,
         uv,
         axes,
@@ -184,7 +180,7 @@ def spread_map(
 
 
 def _seed_vertices(
-    surface: Ground, seeds: SurfacePoints, right: Points
+    surface: Surface, seeds: SurfacePoints, right: Points
 ) -> tuple[Int32Array, Points, Points, NDArray[np.float64]]:
     """The vertices nearest to the seeds, with (u, v), u axes and distances: means over all the
     seeds of a vertex. right (n, 3): the seeds' own u axes."""

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from patterndb._native.retopo.tools.salience import sum_dots
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, SurfaceCurve, clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_borders,
@@ -26,6 +26,7 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.align import align_chain, align_nearest, align_node, move_snake
 from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
+from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from tests.support.retopo.networks import SIZES, drawn, even, flat, plane
 from tests.support.retopo.networks import up as plane_up
 from tests.support.retopo.surfaces import bumps, sphere
@@ -38,7 +39,7 @@ RIDGE = 0.5 - RADIUS + RADIUS / np.sqrt(2.0)
 
 
 @cache
-def cube(segments: int, flat_ones: int, inside_out: bool = False) -> Ground:
+def cube(segments: int, flat_ones: int, inside_out: bool = False) -> Surface:
     """A cube from -0.5 to 0.5, its edges rounded by a radius, with 2 * segments strips across
     each and squares of ``flat_ones`` rows on its sides; inside out its edges are valleys."""
     inner = 0.5 - RADIUS
@@ -65,14 +66,14 @@ def cube(segments: int, flat_ones: int, inside_out: bool = False) -> Ground:
             points.append(sign * np.roll(top, axis, axis=1))
     together = np.concatenate(triangles)
     places = np.round(np.concatenate(points), 9)
-    return Ground.of(places, together[:, ::-1] if inside_out else together)
+    return Surface.from_arrays(places, together[:, ::-1] if inside_out else together).orient()
 
 
 def sizes(edge: float) -> Sizes:
     return Sizes(snap=0.02, spine=0.1, autocompletion=0.1, brush=0.1, edge=edge, sampling=0.004)
 
 
-def beside(surface: Ground, off: float, half: float = 0.25) -> SurfaceCurve:
+def beside(surface: Surface, off: float, half: float = 0.25) -> SurfaceCurve:
     """A line on the top of the cube, parallel to an edge along y, and this far off its plane."""
     line = even([[0.5 - off, -half, 0.5], [0.5 - off, half, 0.5]], step=0.004)
     return SurfaceCurve(line, surface.nearest(line).normals, False)
@@ -111,7 +112,7 @@ def test_a_line_beside_a_rounded_edge_moves_to_its_ridge(
 def test_noise_of_the_triangles_hardly_matters() -> None:
     smooth, at = cube(6, 24), sizes(RADIUS)
     shake = np.random.default_rng(0).normal(0.0, 0.02 * RADIUS, smooth.vertices.shape)
-    surface = Ground.of(smooth.vertices + shake, smooth.triangles)
+    surface = Surface.from_arrays(smooth.vertices + shake, smooth.triangles).orient()
     foot = surface.nearest(beside(smooth, 2.0 * RADIUS).points)
     salience = Salience.of(surface, at.edge)
     points, _, _ = move_snake(foot.points, foot.normals, False, surface, at, salience, "ridge")
@@ -268,7 +269,7 @@ def test_the_direction_of_a_curve_does_not_matter(seed: int) -> None:
 def test_what_is_felt_turns_with_the_surface() -> None:
     surface = bumps(3)
     turn = Rotation.from_rotvec([0.3, -1.1, 0.7]).as_matrix()
-    other = Ground.of(surface.vertices @ turn.T, surface.triangles)
+    other = Surface.from_arrays(surface.vertices @ turn.T, surface.triangles).orient()
     at, up = surface.vertices[100:200], surface.normals[100:200]
     for mode in MODES:
         one, pull = Salience.of(surface, 0.1).feel(at, up, mode)
@@ -287,7 +288,7 @@ def test_the_sides_of_a_thin_sheet_do_not_feel_each_other() -> None:
     points = np.concatenate([np.array(low, float), ridge])
     up = [[0, 1, 2], [0, 2, 3], [3, 2, 4], [3, 4, 5]]
     down = [[c + 6, b + 6, a + 6] for a, b, c in up]
-    surface = Ground.of(points, up + down)
+    surface = Surface.from_arrays(points, up + down).orient()
     salience = Salience.of(surface, 0.4)
     feature, pull = salience.feel([[0, 0.1, 0.0]], [[0, 0, 1.0]], "both")
     assert feature[0] == 0.0 and not pull.any()

@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb._native.retopo.ground.planarcut import find_cut_sides, follow_cut, place_crossing
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Ground, SurfacePoints
+from patterndb_sketch.retopo.tracing.curves import Trace
 
 #: Vertices this near to the plane, as a part of the diagonal, are on it: what is lost of a
 #: coordinate in a dot product.
@@ -20,7 +20,7 @@ TOUCHES = "the plane only touches the surface there; turn it a little"
 
 
 def cut_by_plane(
-    surface: Ground, start: SurfacePoints, normal: ArrayLike, limit: float | None = None
+    surface: Surface, start: SurfacePoints, normal: ArrayLike, limit: float | None = None
 ) -> Trace:
     """The curve in which a plane cuts the surface, followed from one of its points.
 
@@ -51,7 +51,7 @@ def cut_by_plane(
     if first < 0:
         raise RefusedError(TOUCHES)
     most = np.inf if limit is None else float(limit)
-    vertices, triangles, across = surface.vertices, surface.triangles, surface.topology.across
+    vertices, triangles, across = surface.vertices, surface.triangles, surface.adjacency.across
     out, into = find_cut_sides(triangles, height, first)
     ahead, length, closed = follow_cut(vertices, triangles, across, height, out, most)
     held = np.roll(ahead // 3, -1)
@@ -83,7 +83,7 @@ def _drop_still_segments(points: Points, held: Int32Array, closed: bool) -> Trac
     return Trace(points[kept], held[moves], closed)
 
 
-def _find_first_cut(surface: Ground, height: NDArray[np.float64], start: SurfacePoints) -> int:
+def _find_first_cut(surface: Surface, height: NDArray[np.float64], start: SurfacePoints) -> int:
     """The start's triangle, if the plane passes through it; else the nearest that it does among
     those joined to it by vertices on the plane; -1 without."""
     triangles = surface.triangles
