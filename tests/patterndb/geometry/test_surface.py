@@ -25,15 +25,6 @@ def plates(gap: float) -> Surface:
     ).orient()
 
 
-def terraces() -> Surface:
-    """Two squares of side 2 that face up, one below the other and beside it: at x = 0 the step."""
-    square = np.array([(0, -1, 0), (2, -1, 0), (2, 1, 0), (0, 1, 0)], float)
-    faces = np.array([(0, 1, 2), (0, 2, 3)])
-    return Surface.from_arrays(
-        np.concatenate([square, square + np.array((-2, 0, -1))]), np.concatenate([faces, faces + 4])
-    ).orient()
-
-
 class TestTopology:
     @settings(max_examples=60, deadline=None)
     @given(st.integers(0, 2**32))
