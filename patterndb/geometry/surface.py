@@ -1,5 +1,9 @@
 """The surface of triangles that quads and curves lie on, and places on it."""
 
+# scipy has no types: what it returns is typed by the functions' own annotations.
+# pyright: reportMissingTypeStubs=false, reportUnknownVariableType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+
 from __future__ import annotations
 
 import math
@@ -355,7 +359,8 @@ class Surface:
 
     def measure_distances(self, points: ArrayLike) -> Floats:
         """Measure (n,) how far (n, 3) points are from the surface."""
-        return np.linalg.norm(self.nearest(points).points - points, axis=1)
+        at = _check(points, "points")
+        return np.linalg.norm(self.nearest(at).points - at, axis=1)
 
     def nearest_facing(self, points: ArrayLike, normals: ArrayLike) -> SurfacePoints:
         """Return the nearest places on triangles that face as (n, 3) normals do.

@@ -11,9 +11,8 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from patterndb.system.history import DEPTH, History
-
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.history import DEPTH, History
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.draft.fitting import sample_both_sides
 from patterndb_sketch.retopo.draft.refitting import claim_curves, refit_quads

@@ -10,7 +10,6 @@ from typing import Protocol
 from weakref import WeakKeyDictionary, WeakSet
 
 import numpy as np
-from patterndb.system.history import History
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
@@ -29,6 +28,7 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED
+from patterndb_sketch.history import History
 from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, replace_value
 from viewer.features.snapping import SnapMaker
 

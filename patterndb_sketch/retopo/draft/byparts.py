@@ -127,7 +127,7 @@ def _propose_all(
             next_id=next_id,
             surface=part,
         )
-        share = float(part.surface.areas.sum()) / total
+        share = float(part.areas.sum()) / total
         tell(done)
         done += share
         try:

@@ -96,14 +96,14 @@ class FieldSolver:
         ratio = np.sqrt(3.0) * length / np.maximum(apart, 1e-12 * surface.diagonal) / 3.0
         self.weight = np.zeros(3 * len(surface.triangles))
         self.weight[self.sides] = np.minimum(ratio, MOST_WEIGHT)
-        area = surface.surface.areas
+        area = surface.areas
         self.mass = area / area.mean()
         pull = alignment * area.mean() / (SCALE * surface.diagonal) ** 2
         target, sure = measure_curvature(mesh)
         # Directions of curvature by their certainty, along borders theirs.
         self.pull = 50.0 * pull * sure * self.mass
         self.target = target
-        border = surface.topology.border
+        border = surface.adjacency.border
         total = np.zeros(len(self.pull), np.complex128)
         np.add.at(total, border // 3, np.exp(4j * mesh.side_angle.ravel()[border]))
         held = np.unique(border // 3)
@@ -134,7 +134,7 @@ class FieldSolver:
         # Where nothing says which way, the inverse power method goes towards the smoothest.
         for _ in range(1 if self.pull.any() else ROUNDS):
             u = _normalised(self._solve(self.pull + least, turned, wanted + least * u, u))
-        step = self.mass * self.mesh.surface.surface.areas.mean()
+        step = self.mass * self.mesh.surface.areas.mean()
         step /= (SCALE * self.mesh.surface.diagonal) ** 2
         for _ in range(ROUNDS):
             u = _normalised(self._solve(self.pull + step, turned, wanted + step * u, u))
@@ -204,7 +204,7 @@ def measure_indices(mesh: FieldMesh, angle: Floats, quarters: Int32Array) -> Int
     np.add.at(total, corners, -gap[before])
     whole = np.where(mesh.on_border, np.pi, 2.0 * np.pi)
     # From a border's side to the next the field turns by what it is off them, too.
-    border = mesh.surface.topology.border
+    border = mesh.surface.adjacency.border
     off = mesh.side_angle.ravel()[border] - angle[border // 3]
     off -= QUARTER * np.rint(off / QUARTER)
     head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
@@ -225,7 +225,7 @@ def list_corner_indices(mesh: FieldMesh) -> Int32Array:
     natural = np.minimum(np.rint((np.pi - angle) / QUARTER), MOST_ON_BORDER).astype(np.int32)
     natural[~mesh.on_border | (angle == 0.0)] = 0
     # A ragged border has turns of single vertices that are none, seen from further off.
-    border = mesh.surface.topology.border
+    border = mesh.surface.adjacency.border
     tail = mesh.triangles.ravel()[border]
     head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
     ahead, back = np.arange(len(natural)), np.arange(len(natural))
@@ -318,10 +318,10 @@ def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int3
 
 def link_inner_edges(mesh: FieldMesh) -> csr_array:
     """Lengths of edges that are no border: over others nothing is matched."""
-    topology = mesh.surface.topology
-    inner = np.ones(len(topology.ends), np.bool_)
-    inner[topology.edges[topology.border]] = False
-    ends = topology.ends[inner]
+    adjacency = mesh.surface.adjacency
+    inner = np.ones(len(adjacency.ends), np.bool_)
+    inner[adjacency.edges[adjacency.border]] = False
+    ends = adjacency.ends[inner]
     length = np.linalg.norm(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]], axis=1)
     n = len(mesh.vertices)
     rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
@@ -341,7 +341,7 @@ def measure_curvature(mesh: FieldMesh) -> tuple[Complexes, Floats]:
     along its sides (Rusinkiewicz 2004).
     """
     surface = mesh.surface
-    triangles, area = mesh.triangles, surface.surface.areas
+    triangles, area = mesh.triangles, surface.areas
     normals = surface.normals.copy()
     for _ in range(3):
         mean = normals[triangles].mean(axis=1) * area[:, None]

@@ -56,7 +56,7 @@ def find_shortest_handle(mesh: FieldMesh) -> HandleLoop | None:
 def _list_loops(mesh: FieldMesh, root: int) -> list[tuple[float, int, list[int]]]:
     """Two loops for each handle of the root's part: length, a vertex on it, and all of them."""
     far, before = dijkstra(mesh.edge_graph, indices=root, return_predecessors=True)
-    ends = mesh.surface.topology.ends
+    ends = mesh.surface.adjacency.ends
     one, two = ends[:, 0], ends[:, 1]
     tree = (before[one] == two) | (before[two] == one)
     open_ = np.flatnonzero(~tree & np.isfinite(far[one]))
@@ -88,9 +88,9 @@ def _span_tree(pairs: Int32Array) -> NDArray[np.bool_]:
 
 def _find_beside(mesh: FieldMesh) -> Int32Array:
     """(e, 2) the two triangles of every edge; beyond a border its loop, numbered after them."""
-    topology, triangles = mesh.surface.topology, mesh.triangles
+    adjacency, triangles = mesh.surface.adjacency, mesh.triangles
     n = len(triangles)
-    border = topology.border
+    border = adjacency.border
     tails = triangles.ravel()[border]
     heads = triangles[border // 3, (border % 3 + 1) % 3]
     after = {int(tail): k for k, tail in enumerate(tails.tolist())}
@@ -104,11 +104,11 @@ def _find_beside(mesh: FieldMesh) -> Int32Array:
             ring[k] = rings
             k = after[int(heads[k])]
         rings += 1
-    found = np.empty((len(topology.ends), 2), np.int32)
-    start = topology.side_start[:-1]
-    found[:, 0] = topology.sides[start] // 3
-    found[:, 1] = topology.sides[topology.side_start[1:] - 1] // 3
-    found[topology.edges[border], 1] = n + ring
+    found = np.empty((len(adjacency.ends), 2), np.int32)
+    start = adjacency.side_start[:-1]
+    found[:, 0] = adjacency.sides[start] // 3
+    found[:, 1] = adjacency.sides[adjacency.side_start[1:] - 1] // 3
+    found[adjacency.edges[border], 1] = n + ring
     return found
 
 

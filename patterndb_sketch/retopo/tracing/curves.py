@@ -94,9 +94,7 @@ def clean_stroke(
     return SurfaceCurve(done.points, done.normals, closed, len(done.missed) + len(done.lost))
 
 
-def project_near(
-    surface: Surface, points: ArrayLike, normals: ArrayLike, sizes: Sizes
-) -> SurfacePoints:
+def project_near(surface: Surface, points: Points, normals: Points, sizes: Sizes) -> SurfacePoints:
     """Take points (n, 3) that lie nearly on a surface, as those of a curve that was smoothed or cut
     short between places on it, along their normals to it; see :meth:`Surface.project`.
 

@@ -50,7 +50,7 @@ def test_what_is_turned_alike_stays_bit_for_bit_inside_out_too() -> None:
     for faces in (ball.faces, ball.faces[:, ::-1]):
         faces = np.ascontiguousarray(faces, np.int32)
         assert orient_triangles(np.asarray(ball.vertices), faces).triangles is faces
-    assert sphere().turned == plane().turned == 0
+    assert sphere().repairs.turned == plane().repairs.turned == 0
 
 
 def test_parts_are_turned_by_themselves() -> None:

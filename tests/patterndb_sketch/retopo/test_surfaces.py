@@ -149,8 +149,8 @@ def test_halves_of_animals_are_remeshed_as_evenly_as_their_surface_is_large(name
     edge = 0.4 * Sizes.of(whole.diagonal).edge
     vertices, triangles = remesh_evenly(half, edge)
     made = Surface.from_arrays(vertices, triangles).orient()
-    assert not made.dropped and len(made.vertices) == len(vertices)
+    assert not made.repairs.dropped and len(made.vertices) == len(vertices)
     assert np.diff(made.adjacency.side_start).max() == 2
-    due = half.surface.areas.sum() / (np.sqrt(3.0) / 4.0 * edge**2)
+    due = half.areas.sum() / (np.sqrt(3.0) / 4.0 * edge**2)
     assert len(triangles) < 2.0 * due
-    assert 0.9 < made.surface.areas.sum() / half.surface.areas.sum() < 1.1
+    assert 0.9 < made.areas.sum() / half.areas.sum() < 1.1

@@ -455,7 +455,7 @@ def test_sheets_that_share_an_edge_are_parted_there(apart: bool) -> None:
     assert (np.diff(now.adjacency.side_start) <= 2).all() and len(parted.touching)
     check_surface(now)
     # Nothing is lost, and all is near to what was there. The fin has its divided side free.
-    assert now.surface.areas.sum() == pytest.approx(surface.areas.sum(), rel=0.05)
+    assert now.areas.sum() == pytest.approx(surface.areas.sum(), rel=0.05)
     off = np.linalg.norm(surface.nearest(now.vertices).points - now.vertices, axis=1)
     assert off.max() < 0.01 * surface.diagonal
     assert len(now.adjacency.border) == (0 if apart else 4)
