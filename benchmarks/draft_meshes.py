@@ -29,7 +29,7 @@ from ingest.formats import read_mesh
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling.mesh import find_open_edges
@@ -114,7 +114,7 @@ def draft_mesh(path: Path, source: PatternSource) -> Row:
     parted = part_touching(surface).surface
     rims = measure_rims(mesh.vertices, np.asarray(find_open_edges(mesh)).reshape(-1, 2), parted)
     off = max(made.to_ground, made.from_ground)
-    euler = FieldMesh.of(parted).euler
+    euler = TangentFrames.of(parted).euler
     faults = {
         f"{made.unfilled} unfilled": made.unfilled,
         f"{made.flipped * sides} flipped": made.flipped,

@@ -4,7 +4,8 @@ Read it in this order:
 
     boundary, stroke    what is asked: sides and corners, and where the edge flow shall run
     request             the options of a query, and the filters among them
-    contour, ground     a boundary while it is drawn and changed, and what it is drawn on
+    contour             a boundary while it is drawn and changed
+    drawingbase         the surface, or the plane, that it is drawn on
     orientation         the 2N ways in which a pattern can meet a boundary
     families            patterns that are grown, not learned: every one with few irregular vertices
     marks               where a boundary's corners may fall on a pattern, its own corners or others

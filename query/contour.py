@@ -58,7 +58,7 @@ class Contour:
 
     @classmethod
     def drawn(cls, sides: Sequence[Points], normals: Points) -> Contour:
-        """From polylines that were drawn, the ground's normals (n, 3) where they begin.
+        """From polylines that were drawn, the base's normals (n, 3) where they begin.
 
         Those that run clockwise are turned round; corners that turn to the right are reflex.
         """

@@ -93,11 +93,16 @@ def explore(
 
         def open_another(path: Path) -> ExplorerSaver:
             assert open_file is not None
-            found, drawn, ground = open_file(path)
+            found, drawn, base = open_file(path)
             # A boundary lies on the surface that there is.
-            ground = state.surface if ground is None else ground
+            base = state.surface if base is None else base
             other = ExplorerState(
-                source, found, surface=ground, strokes=drawn, tolerance=tolerance, folded=folded
+                source,
+                found,
+                surface=base,
+                strokes=drawn,
+                tolerance=tolerance,
+                folded=folded,
             )
             another = ExplorerSaver(other, Path(folder), write_obj, window_size, accept)
             another.watch()

@@ -127,7 +127,7 @@ class _Painter:
         self._labels()
 
     def line(self, points: Points, colour: str, width: float, *, closed: bool = False) -> None:
-        """A polyline (k, 3), laid on the ground between its points."""
+        """A polyline (k, 3), laid on the base between its points."""
         if closed:
             points = np.concatenate([points, points[:1]])
         self._lines(self._seen(self._along(points)[None]), colour, width)
@@ -190,19 +190,19 @@ class _Painter:
             self.scene.number(x, y, length, 13.0, LABEL_RIM, 1.0, bold=True)
 
     def _ring(self, points: Points) -> Points:
-        """(P, PIECES + 1, 3) the edges of a closed polygon (P, 3), laid on the ground."""
+        """(P, PIECES + 1, 3) the edges of a closed polygon (P, 3), laid on the base."""
         t = np.linspace(0.0, 1.0, PIECES + 1)[None, :, None]
         edges = points[:, None] * (1.0 - t) + np.roll(points, -1, axis=0)[:, None] * t
         if self.state.surface is None:
             return edges
-        return self.state.ground.on(edges.reshape(-1, 3))[0].reshape(edges.shape)
+        return self.state.base.on(edges.reshape(-1, 3))[0].reshape(edges.shape)
 
     def _along(self, points: Points) -> Points:
-        """(m, 3) a polyline, cut fine and laid on the ground."""
+        """(m, 3) a polyline, cut fine and laid on the base."""
         t = np.arange(PIECES) / PIECES
         a, b = points[:-1, None], points[1:, None]
         fine = np.concatenate([(a + (b - a) * t[:, None]).reshape(-1, 3), points[-1:]])
-        return fine if self.state.surface is None else self.state.ground.on(fine)[0]
+        return fine if self.state.surface is None else self.state.base.on(fine)[0]
 
     def _seen(self, points: Points) -> Points:
         return self.state.camera.view.seen(points) + self._shift

@@ -24,8 +24,8 @@ from query.contourjson import (
     stroke_document,
     stroke_of,
 )
+from query.drawingbase import DrawingBase
 from query.engine import PatternSource
-from query.ground import DrawingGround
 from query.placing import Surface
 from viewer.background import Placed
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
@@ -141,13 +141,13 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         self.strips_shown = True
         self.mode = PointerMode.LOOK
         self.contour: Contour | None = None
-        self.ground = DrawingGround(surface)
+        self.base = DrawingBase(surface)
         self._turning = False
         if boundary is not None:
             self.contour = Contour.of(boundary)
             if surface is None:
-                self.ground = DrawingGround.of_boundary(boundary)
-        self.pen = PointerStroke(self.ground)
+                self.base = DrawingBase.of_boundary(boundary)
+        self.pen = PointerStroke(self.base)
         #: The fill that was shown before the boundary was changed, until there is another.
         self.former: Placed | None = None
         #: Was a boundary or a stroke drawn here since a fill was saved?
@@ -160,7 +160,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
 
     @property
     def surface(self) -> Surface | None:
-        return self.ground.surface
+        return self.base.surface
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
@@ -451,7 +451,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         how large they are seen, the boundary being 1."""
         if self.contour is not None:
             points = np.concatenate(self.contour.sides)
-            return points, self.ground.on(points)[1].sum(axis=0), 1.0
+            return points, self.base.on(points)[1].sum(axis=0), 1.0
         if self.surface is not None:
             return self.surface.vertices, np.array([0.35, 0.25, 1.0]), 1.25
         return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.array([0.0, 0.0, 1.0]), 1.0

@@ -51,7 +51,7 @@ class Net:
         cls,
         fill: Fill,
         placement: Placement,
-        ground: Surface | Region | None,
+        on: Surface | Region | None,
         corner_counts: Sequence[int],
         strokes: Sequence[Stroke],
         tolerance: int,
@@ -64,7 +64,7 @@ class Net:
         patches = _bilinear(corner)
         bent = _bilinear(normals[fill.quads])
         bent = units(bent.reshape(-1, 3)).reshape(bent.shape)
-        surface = ground.surface if isinstance(ground, Region) else ground
+        surface = on.surface if isinstance(on, Region) else on
         if surface is not None:
             patches, bent = _laid(patches, bent, corner, surface)
         inner, border = _edges(fill, patches)

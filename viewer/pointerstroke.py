@@ -9,7 +9,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from query import Boundary, Stroke
 from query.contour import Contour, centre_stroke_ends
-from query.ground import DrawingGround
+from query.drawingbase import DrawingBase
 from viewer.camera import View
 
 #: A click this near to another, in points, is on the same place; a drag of less is a click.
@@ -29,14 +29,14 @@ class PointerMode(Enum):
 
 
 class PointerStroke:
-    """Draws on a ground.
+    """Draws on a base.
 
     clicked: (3,) corners so far; paths: (k, 3) between them; preview: from the last to where
     the pointer is. line: (3,) points of the stroke so far.
     """
 
-    def __init__(self, ground: DrawingGround) -> None:
-        self.ground = ground
+    def __init__(self, base: DrawingBase) -> None:
+        self.base = base
         self.lift()
 
     def lift(self) -> None:
@@ -52,12 +52,12 @@ class PointerStroke:
         return any(np.hypot(*(view.seen(at)[:2] - (x, y))) < NEAR for at in ends)
 
     def add_corner(self, view: View, x: float, y: float) -> bool:
-        """A corner where the ground is seen; False beside it."""
-        at = self.ground.hit(view.under(x, y), view.axes[2])
+        """Add a corner where the base is seen; return False off it."""
+        at = self.base.hit(view.under(x, y), view.axes[2])
         if at is None:
             return False
         if self.clicked:
-            self.paths.append(self.ground.path(self.clicked[-1], at))
+            self.paths.append(self.base.path(self.clicked[-1], at))
         self.clicked.append(at)
         self.preview = None
         return True
@@ -72,20 +72,20 @@ class PointerStroke:
 
     def look_ahead(self, view: View, x: float, y: float) -> None:
         """Show the way that a click here would draw."""
-        at = self.ground.hit(view.under(x, y), view.axes[2])
-        self.preview = None if at is None else self.ground.path(self.clicked[-1], at)
+        at = self.base.hit(view.under(x, y), view.axes[2])
+        self.preview = None if at is None else self.base.path(self.clicked[-1], at)
 
     def contour(self) -> Contour:
         """The clicked corners, the last joined to the first.
 
         Raises InvalidBoundaryError if that is no boundary.
         """
-        sides = [*self.paths, self.ground.path(self.clicked[-1], self.clicked[0])]
-        return Contour.drawn(sides, self.ground.on(np.stack(self.clicked))[1])
+        sides = [*self.paths, self.base.path(self.clicked[-1], self.clicked[0])]
+        return Contour.drawn(sides, self.base.on(np.stack(self.clicked))[1])
 
     def extend(self, view: View, x: float, y: float) -> None:
-        """The stroke goes on to here, if the ground is seen and it is far enough."""
-        at = self.ground.hit(view.under(x, y), view.axes[2])
+        """The stroke goes on to here, if the base is seen and it is far enough."""
+        at = self.base.hit(view.under(x, y), view.axes[2])
         if at is None:
             return
         if self.line:

@@ -90,15 +90,21 @@ class SurfacePoints:
     @cached_property
     def normals(self) -> Points:
         """(n, 3) float64 unit normals, interpolated between the vertices'; nan without a place."""
-        corner = self.surface.triangles[self.triangles]
-        found = units(np.einsum("ne,nec->nc", self.weights, self.surface.normals[corner]))
-        found[self.triangles < 0] = np.nan
-        return found
+        values = self.surface.normals
+        result = units(self.surface.interpolate(values, self.triangles, self.weights))
+        result[~self.found] = np.nan
+        return result
 
     @property
     def found(self) -> NDArray[np.bool_]:
         """(n,) bool, is there a place?"""
         return self.triangles >= 0
+
+    def list_runs(self) -> list[NDArray[np.intp]]:
+        """List the numbers (k,) of neighbouring places with no gap between them, run by run: a
+        stroke that is drawn by rays breaks where these hit nothing."""
+        met = np.flatnonzero(self.found)
+        return np.split(met, 1 + np.flatnonzero(np.diff(met) > 1)) if len(met) else []
 
     @property
     def missed(self) -> Int32Array:
@@ -349,9 +355,18 @@ class Surface:
     def at(self, triangles: Int32Array, weights: Points) -> SurfacePoints:
         """Return the places with these barycentric weights (n, 3) on these triangles (n,)."""
         triangles = np.asarray(triangles, np.int32)
-        points = np.einsum("ne,nec->nc", weights, self.corners[triangles])
-        points[triangles < 0] = np.nan
+        points = self.interpolate(self.vertices, triangles, weights)
         return SurfacePoints(self, triangles, np.ascontiguousarray(weights), points)
+
+    def interpolate(self, values: Points, triangles: Int32Array, weights: Points) -> Points:
+        """Interpolate values (v, 3) of the vertices at places; nan for the triangle -1."""
+        found = triangles >= 0
+        if found.all():
+            return np.einsum("ne,nec->nc", weights, values[self.triangles[triangles]])
+        result = np.full((len(triangles), 3), np.nan)
+        corner = self.triangles[triangles[found]]
+        result[found] = np.einsum("ne,nec->nc", weights[found], values[corner])
+        return result
 
     def nearest(self, points: ArrayLike) -> SurfacePoints:
         """Return the places nearest to (n, 3) points."""

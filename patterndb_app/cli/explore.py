@@ -129,7 +129,7 @@ def explore(
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--keys") from error
     asked, strokes = _asked(boundary, sides, closed, corners)
-    ground = None if surface is None else _read_surface(surface)
+    base = None if surface is None else _read_surface(surface)
     from patterndb_app.cli.obj import write_placed_fill
 
     window = hushed() if output is None else contextlib.nullcontext()
@@ -137,7 +137,7 @@ def explore(
         open_explorer(
             database,
             asked,
-            surface=ground,
+            surface=base,
             strokes=strokes,
             tolerance=tolerance,
             rank=rank,

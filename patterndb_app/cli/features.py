@@ -197,12 +197,12 @@ def features(
     kept = read_session(session) if session is not None and there else FeatureSession(model.name)
     given = _collect_settings(chosen)
     settings = replace(settings_of_numbers(kept.settings, SnapSettings()), **given)
-    ground = read_model(model)
-    _say_model(model, ground, kept)
+    surface = read_model(model)
+    _say_model(model, surface, kept)
     found: list[RecoveredCurve] = []
     if not looking:
         found, lost, seconds = _recover_curves(
-            ground, _read_strokes(strokes, kept, settings, given)
+            surface, _read_strokes(strokes, kept, settings, given)
         )
         if not found:
             raise NotFoundError(f"{strokes or session}: there is no curve; see above")
@@ -211,7 +211,7 @@ def features(
 
             write_curves(output, found, model.name)
         if as_json:
-            write_json(_document(model, ground, found, lost, seconds, output, session))
+            write_json(_document(model, surface, found, lost, seconds, output, session))
         else:
             write(table(HEADS, [_row(one) for one in found]))
         _say_found(found, seconds)
@@ -228,12 +228,12 @@ def features(
         from viewer.features import draw, show
 
         if picture is not None:
-            draw(ground, picture, session=kept)
+            draw(surface, picture, session=kept)
             say(f"drawn: {picture}")
         if view:
             with hushed():
                 show(
-                    ground,
+                    surface,
                     title=model.name,
                     session=kept,
                     session_path=session,
@@ -298,16 +298,16 @@ def _recover_curves(
 
 
 def _document(
-    model: Path, ground: Surface, found: Sequence[RecoveredCurve], lost: dict[str, str],
+    model: Path, surface: Surface, found: Sequence[RecoveredCurve], lost: dict[str, str],
     seconds: float, output: Path | None, session: Path | None,
 ) -> dict[str, object]:  # fmt: skip
     from patterndb_sketch.features.files.curvesjson import curve_document
 
     return {
         "model": str(model),
-        "triangles": len(ground.triangles),
-        "components": ground.n_components,
-        "diagonal": ground.diagonal,
+        "triangles": len(surface.triangles),
+        "components": surface.n_components,
+        "diagonal": surface.diagonal,
         "curves": {one.name: curve_document(one) for one in found},
         "lost": lost,
         "seconds": round(seconds, 6),

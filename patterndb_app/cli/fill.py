@@ -149,13 +149,13 @@ def fill(
     if surface is not None:
         from ingest.formats import read_mesh
 
-        ground = Surface.from_polygons(read_mesh(surface))
+        base = Surface.from_polygons(read_mesh(surface))
         # Before the search: a boundary that is nowhere near its surface is refused.
         try:
-            region = enclose_region(ground, asked.points)
+            region = enclose_region(base, asked.points)
         except InvalidBoundaryError as error:
             raise InvalidBoundaryError(f"{boundary}, on {surface}: {error}") from error
-        void = find_void(region, ground, list_border_sides(ground), asked.points)
+        void = find_void(region, base, list_border_sides(base), asked.points)
     options: dict[str, Any] = {"limit": rank, "strokes": drawn, **chosen_fills}
     tolerance = options["tolerance"]
     see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"

@@ -122,13 +122,13 @@ def register(
 
     laid_out = read_any_template(template)
     drawn = read_drawn(network, tolerance)
-    ground = read_model(model)
+    surface = read_model(model)
     turned = None
     if turn is not None:
-        turned, ground = turn_model(ground, drawn, turn)
+        turned, surface = turn_model(surface, drawn, turn)
         say(f"the model is turned: its {turned.replace(',', ', ')} are x, y, z")
     started = perf_counter()
-    made = lay(ground, drawn, laid_out, delta=delta, rounds=rounds)
+    made = lay(surface, drawn, laid_out, delta=delta, rounds=rounds)
     seconds = perf_counter() - started
     write_registration(output, made, laid_out)
     rows = part_rows(made, laid_out)

@@ -197,13 +197,13 @@ def _shape_of(
     from patterndb_sketch.features.registration import register
 
     if drawn is not None:
-        ground = read_model(path)
+        surface = read_model(path)
         turned: list[str] = []
         if turn is not None:
-            axes, ground = turn_model(ground, drawn, turn)
+            axes, surface = turn_model(surface, drawn, turn)
             turned = [f"the model is turned: its {axes.replace(',', ', ')} are x, y, z"]
         try:
-            made = register(ground, drawn, template, delta=delta, rounds=rounds)
+            made = register(surface, drawn, template, delta=delta, rounds=rounds)
         except InvalidFeatureError as error:
             raise InvalidFeatureError(f"{path} and its network: {error}") from None
         return made.points, [*turned, *made.notes]

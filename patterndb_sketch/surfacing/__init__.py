@@ -51,7 +51,6 @@ if TYPE_CHECKING:
         surface,
         surface_loop,
     )
-    from patterndb_sketch.surfacing.tessellation import Canvas
 
 #: Where each name stands: what is asked for is imported, and nothing else. The table of methods
 #: must not wait for solvers.
@@ -86,11 +85,9 @@ _HOME = {
     "Stage": "patterndb_sketch.surfacing.surfaces",
     "surface": "patterndb_sketch.surfacing.surfaces",
     "surface_loop": "patterndb_sketch.surfacing.surfaces",
-    "Canvas": "patterndb_sketch.surfacing.tessellation",
 }
 
 __all__ = [
-    "Canvas",
     "Curve",
     "CurveNetwork",
     "Cycle",

@@ -10,8 +10,8 @@ import numpy as np
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
-from patterndb_sketch.surfacing.tessellation import Canvas
 from viewer.style import TINTS
 
 #: What a tint costs a piece beside one that has it, and two steps from one that has it; each
@@ -82,7 +82,7 @@ class SurfaceBody:
     corners: (t, 3, 3) float64 triangles; normals: (t, 3, 3) at their corners, smooth within a
              piece. tints: (t,) the tint of each. owners: (t,) the patch of each.
     edges:   (e, 2, 3) the edges of faces, each once. chords: (c, 2, 3).
-    canvas:  what rays meet; its faces are the triangles.
+    surface: the same triangles, to cast rays at.
     tint_of: for every patch the tints of its pieces.
     """
 
@@ -92,7 +92,7 @@ class SurfaceBody:
     owners: Int64Array
     edges: Points
     chords: Points
-    canvas: Canvas
+    surface: Surface
     tint_of: tuple[tuple[int, ...], ...]
 
     @classmethod
@@ -118,7 +118,7 @@ class SurfaceBody:
             owners=np.repeat(np.array(owners, np.int64), counts),
             edges=made.points[_edges(pieces)],
             chords=made.points[np.concatenate([np.zeros((0, 2), np.int64), *lines])],
-            canvas=Canvas.of(made.points, triangles),
+            surface=Surface(made.points, triangles.astype(np.int32)),
             tint_of=tuple(tuple(tints[a:b].tolist()) for a, b in pairwise(starts)),
         )
 

@@ -50,10 +50,11 @@ class StrokePointer:
     def ink(self, surfacing: Surfacing, body: SurfaceBody) -> InkedStroke:
         """What has been drawn so far, on a surface; body: that of the surface."""
         origins, directions = np.stack(self._origins), np.stack(self._directions)
-        drawn = body.canvas.draw(origins, directions)
-        faces, _, _ = body.canvas.picks(origins, directions)
-        owners = tuple(body.owners[faces[rays]] for rays in drawn.rays)
-        return InkedStroke(surfacing, drawn.strokes, owners, len(drawn.missed), len(origins))
+        hits = body.surface.cast_rays(origins, directions)
+        runs = hits.list_runs()
+        parts = tuple(hits.points[run] for run in runs)
+        owners = tuple(body.owners[hits.triangles[run]] for run in runs)
+        return InkedStroke(surfacing, parts, owners, int((~hits.found).sum()), len(origins))
 
 
 def cast_ray(view: View, x: float, y: float, reach: float) -> tuple[Points, Points]:

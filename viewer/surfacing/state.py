@@ -286,10 +286,11 @@ class SurfacingState(ViewerState[Camera]):
         """The patch of a body under the pointer, and how near to the viewer it is there."""
         if body is None or self.camera.pointer is None:
             return None
-        pick = body.canvas.pick(*cast_ray(self.camera.view, *self.camera.pointer, self._far()))
-        if pick is None:
+        origin, direction = cast_ray(self.camera.view, *self.camera.pointer, self._far())
+        hit = body.surface.cast_rays(origin[None], direction[None])
+        if not hit.found[0]:
             return None
-        return int(body.owners[pick.face]), float(self.camera.view.seen(pick.point)[2])
+        return int(body.owners[hit.triangles[0]]), float(self.camera.view.seen(hit.points[0])[2])
 
     def _end_stroke(self) -> None:
         ink = self.ink

@@ -5,7 +5,7 @@ until they meet: they cut the surface into four-sided regions, which become patc
 where:
 
 Read :mod:`.task` (what is asked for) and :mod:`.proposing`, which is all of it, then its steps:
-:mod:`.checking` (surfaces that are refused), :mod:`.remesh`, :mod:`.fieldmesh`, :mod:`.creases`,
+:mod:`.checking` (surfaces that are refused), :mod:`.remesh`, :mod:`.frames`, :mod:`.creases`,
 :mod:`.crossfield` (the field and its singularities), :mod:`.layout` (all lines of a field),
 :mod:`.seeds` (further places that lines begin at), :mod:`.tracing` (separatrices), :mod:`.arcs`
 (those between singularities), :mod:`.walls` (borders and the seam of symmetry), :mod:`.assembly`

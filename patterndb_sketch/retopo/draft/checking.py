@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.wording import format_place, round_down
@@ -32,7 +32,7 @@ class LaceError(RefusedError):
         self.edge = edge
 
 
-def refuse_laces(mesh: FieldMesh, edge: float, diagonal: float) -> None:
+def refuse_laces(mesh: TangentFrames, edge: float, diagonal: float) -> None:
     """LaceError, with the place, for a surface with a handle that no ring of quads of this edge
     goes around, or through: a lace, or the slit below it."""
     found = find_shortest_handle(mesh)
@@ -61,7 +61,7 @@ def check_surface(surface: Surface) -> None:
             f"{format_place(topology.middles[shared[0]])}: part the sheets that touch there"
         )
     fans = np.bincount(triangles.ravel(), minlength=len(surface.vertices))
-    mesh = FieldMesh.of(surface)
+    mesh = TangentFrames.of(surface)
     for vertex in np.flatnonzero(fans).tolist():
         if len(mesh.list_ring(vertex)) != fans[vertex]:
             raise RefusedError(

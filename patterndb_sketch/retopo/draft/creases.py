@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.sharpedges import (
     Edge,
     SharpRule,
@@ -146,7 +146,7 @@ class _CreaseBuilder:
         self.opened = OpenNetwork(network, surface)
         self.surface = surface
         self.sizes = sizes
-        self.mesh = FieldMesh.of(surface)
+        self.mesh = TangentFrames.of(surface)
         self.half: dict[tuple[int, int], HalfChain] = {}
         #: By vertex, the half-chains that leave it, by the vertex that they lead to.
         self.leaving: dict[int, dict[int, HalfChain]] = {}

@@ -22,7 +22,7 @@ from scipy.sparse.csgraph import dijkstra
 from patterndb._native.retopo.draft.crossfield import solve_laplacian
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 
 QUARTER = np.pi / 2.0
 
@@ -57,7 +57,7 @@ class CrossField:
               border it is 2 less the quarters of a turn between its two border sides.
     """
 
-    mesh: FieldMesh
+    mesh: TangentFrames
     angle: Floats
     quarters: Int32Array
     index: Int32Array
@@ -68,7 +68,7 @@ class CrossField:
         return np.flatnonzero(self.index)
 
 
-def solve_field(mesh: FieldMesh, alignment: float, merging: float) -> CrossField:
+def solve_field(mesh: TangentFrames, alignment: float, merging: float) -> CrossField:
     """Find the field of a mesh.
 
     alignment: how much directions of curvature weigh. merging: singularities of opposed indices
@@ -81,7 +81,7 @@ class FieldSolver:
     """Finds fields of one mesh and alignment: what is cancelled may differ, the smoothest field is
     found once."""
 
-    def __init__(self, mesh: FieldMesh, alignment: float) -> None:
+    def __init__(self, mesh: TangentFrames, alignment: float) -> None:
         self.mesh = mesh
         surface = mesh.surface
         self.sides = mesh.inner
@@ -162,7 +162,7 @@ def _normalised(u: Complexes) -> Complexes:
     return np.where(size > 1e-30, u / np.maximum(size, 1e-30), 1.0)
 
 
-def match_crosses(mesh: FieldMesh, angle: Floats) -> Int32Array:
+def match_crosses(mesh: TangentFrames, angle: Floats) -> Int32Array:
     """(3t,) quarters of the nearest matchings across all sides."""
     quarters = np.zeros(3 * len(angle), np.int32)
     sides = mesh.inner
@@ -176,7 +176,7 @@ def match_crosses(mesh: FieldMesh, angle: Floats) -> Int32Array:
     return _unwind(mesh, quarters)
 
 
-def _unwind(mesh: FieldMesh, quarters: Int32Array) -> Int32Array:
+def _unwind(mesh: TangentFrames, quarters: Int32Array) -> Int32Array:
     """Quarters as they are; a full turn between two frames counts as the frames' own."""
     sides = mesh.inner
     full = np.rint((mesh.turn[sides] + mesh.turn[mesh.across[sides]]) / QUARTER).astype(np.int32)
@@ -186,7 +186,7 @@ def _unwind(mesh: FieldMesh, quarters: Int32Array) -> Int32Array:
     return quarters
 
 
-def measure_indices(mesh: FieldMesh, angle: Floats, quarters: Int32Array) -> Int32Array:
+def measure_indices(mesh: TangentFrames, angle: Floats, quarters: Int32Array) -> Int32Array:
     """(v,) indices of a field by its matchings; see :class:`CrossField`."""
     gap = np.zeros(len(quarters))
     sides = mesh.inner
@@ -219,7 +219,7 @@ def measure_indices(mesh: FieldMesh, angle: Floats, quarters: Int32Array) -> Int
 FAR_OFF = 3
 
 
-def list_corner_indices(mesh: FieldMesh) -> Int32Array:
+def list_corner_indices(mesh: TangentFrames) -> Int32Array:
     """(v,) the indices that borders have by their angles alone, in quarters; 0 within."""
     angle = np.bincount(mesh.triangles.ravel(), mesh.corner_angle.ravel(), len(mesh.vertices))
     natural = np.minimum(np.rint((np.pi - angle) / QUARTER), MOST_ON_BORDER).astype(np.int32)
@@ -242,7 +242,7 @@ def list_corner_indices(mesh: FieldMesh) -> Int32Array:
 
 
 def cancel_pairs(
-    mesh: FieldMesh, quarters: Int32Array, index: Int32Array, nearest: float
+    mesh: TangentFrames, quarters: Int32Array, index: Int32Array, nearest: float
 ) -> Int32Array:
     """(3t,) quarters after pairs of vertices of opposed indices, nearest first, are gone.
 
@@ -275,7 +275,7 @@ def cancel_pairs(
 
 
 def _move_quarter(
-    mesh: FieldMesh,
+    mesh: TangentFrames,
     quarters: Int32Array,
     sides_of: dict[tuple[int, int], int],
     before: Int32Array,
@@ -292,7 +292,7 @@ def _move_quarter(
         at = back
 
 
-def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int32Array:
+def part_poles(mesh: TangentFrames, quarters: Int32Array, index: Int32Array) -> Int32Array:
     """(3t,) quarters after vertices of more than two quarters, tips of needles, have given those
     to vertices around them: fewer than two lines would end in one."""
     most = np.where(mesh.on_border, MOST_ON_BORDER, MOST_INDEX)
@@ -316,7 +316,7 @@ def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int3
     return quarters
 
 
-def link_inner_edges(mesh: FieldMesh) -> csr_array:
+def link_inner_edges(mesh: TangentFrames) -> csr_array:
     """Lengths of edges that are no border: over others nothing is matched."""
     adjacency = mesh.surface.adjacency
     inner = np.ones(len(adjacency.ends), np.bool_)
@@ -328,13 +328,13 @@ def link_inner_edges(mesh: FieldMesh) -> csr_array:
     return coo_array((np.concatenate([length, length]), (rows, columns)), (n, n)).tocsr()
 
 
-def _sides_by_ends(mesh: FieldMesh) -> dict[tuple[int, int], int]:
+def _sides_by_ends(mesh: TangentFrames) -> dict[tuple[int, int], int]:
     tail = mesh.triangles.ravel().tolist()
     head = np.roll(mesh.triangles, -1, axis=1).ravel().tolist()
     return {pair: side for side, pair in enumerate(zip(tail, head, strict=True))}
 
 
-def measure_curvature(mesh: FieldMesh) -> tuple[Complexes, Floats]:
+def measure_curvature(mesh: TangentFrames) -> tuple[Complexes, Floats]:
     """(t,) crosses along the directions of curvature, and (t,) how sure they are, 0 to 1.
 
     The shape operator of a triangle is fitted to how the normals of its vertices, smoothed, change

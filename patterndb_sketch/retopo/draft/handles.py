@@ -18,7 +18,7 @@ from scipy.sparse.csgraph import connected_components, dijkstra, minimum_spannin
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 
 #: Loops whose ends are tried as roots.
 TRIED = 4
@@ -32,7 +32,7 @@ class HandleLoop:
     middle: Points
 
 
-def find_shortest_handle(mesh: FieldMesh) -> HandleLoop | None:
+def find_shortest_handle(mesh: TangentFrames) -> HandleLoop | None:
     """The shortest loop along edges that parts nothing; None where every loop does.
 
     Loops around borders part what is beyond them: a sheet with holes has no handle.
@@ -53,7 +53,7 @@ def find_shortest_handle(mesh: FieldMesh) -> HandleLoop | None:
     return best
 
 
-def _list_loops(mesh: FieldMesh, root: int) -> list[tuple[float, int, list[int]]]:
+def _list_loops(mesh: TangentFrames, root: int) -> list[tuple[float, int, list[int]]]:
     """Two loops for each handle of the root's part: length, a vertex on it, and all of them."""
     far, before = dijkstra(mesh.edge_graph, indices=root, return_predecessors=True)
     ends = mesh.surface.adjacency.ends
@@ -86,7 +86,7 @@ def _span_tree(pairs: Int32Array) -> NDArray[np.bool_]:
     return found
 
 
-def _find_beside(mesh: FieldMesh) -> Int32Array:
+def _find_beside(mesh: TangentFrames) -> Int32Array:
     """(e, 2) the two triangles of every edge; beyond a border its loop, numbered after them."""
     adjacency, triangles = mesh.surface.adjacency, mesh.triangles
     n = len(triangles)

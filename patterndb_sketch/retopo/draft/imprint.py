@@ -21,7 +21,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.remesh import remesh_parts
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Chain, HalfChain, Network
@@ -42,8 +42,8 @@ THIRDS = 3
 
 
 def cut_along_curves(
-    network: Network, mesh: FieldMesh, edge: float, drawn: Iterable[int] | None = None
-) -> FieldMesh:
+    network: Network, mesh: TangentFrames, edge: float, drawn: Iterable[int] | None = None
+) -> TangentFrames:
     """Return the part of a mesh that no patch covers, cut open along drawn chains, remeshed.
 
     network: on the same surface. drawn: its chains to cut along, by default all that are on no
@@ -62,12 +62,12 @@ def cut_along_curves(
 
 def cut_along_creases(
     network: Network, surface: Surface, half: Mapping[tuple[int, int], HalfChain], edge: float
-) -> FieldMesh:
+) -> TangentFrames:
     """Return a surface cut open exactly along creases, remeshed.
 
     half: by the end vertices of a side of the surface, the network's half-chain that runs there.
     """
-    return _cut_open(network, FieldMesh.of(surface), surface.vertices, half, edge)
+    return _cut_open(network, TangentFrames.of(surface), surface.vertices, half, edge)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,9 @@ class _Piece:
 class _Paths:
     """The steps of :func:`cut_along_curves`."""
 
-    def __init__(self, network: Network, chains: list[Chain], mesh: FieldMesh, edge: float) -> None:
+    def __init__(
+        self, network: Network, chains: list[Chain], mesh: TangentFrames, edge: float
+    ) -> None:
         self.network = network
         self.mesh = mesh
         self.edge = edge
@@ -208,11 +210,11 @@ class _Paths:
 
 def _cut_open(
     network: Network,
-    mesh: FieldMesh,
+    mesh: TangentFrames,
     at: Points,
     half: Mapping[tuple[int, int], HalfChain],
     edge: float,
-) -> FieldMesh:
+) -> TangentFrames:
     """Return a mesh cut open along sides with half-chains, without what patches cover, remeshed.
 
     at: (v, 3) where its vertices go.
@@ -243,7 +245,7 @@ def _cut_open(
     points = np.empty((count, 3))
     points[corner] = at[tail]
     points = _part_lips(points, triangles, half, corner, tail)
-    return FieldMesh.of(_remesh(points, triangles[kept], edge))
+    return TangentFrames.of(_remesh(points, triangles[kept], edge))
 
 
 def _part_lips(

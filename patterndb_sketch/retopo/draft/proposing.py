@@ -23,8 +23,8 @@ from patterndb_sketch.retopo.draft.drafted import (
     improve_counts,
     price_layout,
 )
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.fitting import fit_quads, sample_both_sides
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.imprint import cut_along_creases, cut_along_curves
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.layout import draft_network
@@ -171,7 +171,7 @@ def _find_finest(task: DraftTask) -> float:
 def _lay_out(
     task: DraftTask,
     network: Network,
-    mesh: FieldMesh,
+    mesh: TangentFrames,
     enough: int,
     why: list[str],
     tell: Callable[[float], None] | None,
@@ -251,7 +251,7 @@ def _fill_rest(found: FilledNetwork, surface: Surface, source: PatternSource) ->
     return replace(found, network=network, placed=placed)
 
 
-def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
+def _prepare(task: DraftTask) -> tuple[Network, TangentFrames, tuple[str, ...]]:
     """Return the network with creases, its field's mesh, cut open along all curves, and notes."""
     network, surface, sizes = task.network, task.surface, task.sizes
     check_surface(surface)
@@ -277,11 +277,11 @@ def _prepare(task: DraftTask) -> tuple[Network, FieldMesh, tuple[str, ...]]:
                 f"{format_place(even.adjacency.middles[crowded[0]])}: the surface is folded there, "
                 "or has needles; mend it, or draw by hand"
             )
-        mesh = FieldMesh.of(even)
+        mesh = TangentFrames.of(even)
         refuse_laces(mesh, sizes.edge, surface.diagonal)
     else:
         network = creases.network
-        refuse_laces(FieldMesh.of(surface), sizes.edge, surface.diagonal)
+        refuse_laces(TangentFrames.of(surface), sizes.edge, surface.diagonal)
         mesh = cut_along_creases(network, surface, creases.half, fine)
         if len(creases.clipped):
             where = count_places("a place", "places", creases.clipped)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.crossfield import CrossField
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 
@@ -123,13 +123,13 @@ def seed_rims_at(field: CrossField, at: Points, near: float, seeds: list[int]) -
     return found
 
 
-def _spread_along_rim(mesh: FieldMesh, own: NDArray[np.bool_]) -> list[int]:
+def _spread_along_rim(mesh: TangentFrames, own: NDArray[np.bool_]) -> list[int]:
     """Vertices that divide the longest border of a part evenly."""
     loops = [loop for loop in _list_rims(mesh) if own[loop[0]]]
     return _divide_rim(mesh, max(loops, key=lambda one: float(_measure_rim(mesh, one).sum())))
 
 
-def _list_rims(mesh: FieldMesh) -> list[list[int]]:
+def _list_rims(mesh: TangentFrames) -> list[list[int]]:
     """The vertices around every border."""
     border = mesh.surface.adjacency.border
     tail = mesh.triangles.ravel()[border]
@@ -147,11 +147,11 @@ def _list_rims(mesh: FieldMesh) -> list[list[int]]:
     return loops
 
 
-def _measure_rim(mesh: FieldMesh, loop: list[int]) -> NDArray[np.float64]:
+def _measure_rim(mesh: TangentFrames, loop: list[int]) -> NDArray[np.float64]:
     return np.linalg.norm(np.diff(mesh.vertices[[*loop, loop[0]]], axis=0), axis=1)
 
 
-def _divide_rim(mesh: FieldMesh, loop: list[int]) -> list[int]:
+def _divide_rim(mesh: TangentFrames, loop: list[int]) -> list[int]:
     along = np.cumsum(_measure_rim(mesh, loop))
     wanted = along[-1] * np.arange(ACROSS_RING) / ACROSS_RING
     found = dict.fromkeys(np.searchsorted(along, wanted).tolist())

@@ -15,7 +15,7 @@ from patterndb._native.retopo.draft.tracing import trace_all
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.retopo.draft.crossfield import QUARTER, CrossField
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 
 #: How a trace ended: at another line (its number is told), at a border, or where it was cut off.
 AT_LINE, AT_BORDER, CUT_OFF = 0, 1, 2
@@ -155,7 +155,7 @@ class LineSegments:
             np.concatenate([one.reach for one in parts]),
         )
 
-    def lift(self, mesh: FieldMesh, places: Floats) -> Points:
+    def lift(self, mesh: TangentFrames, places: Floats) -> Points:
         """(s, 3) places in the segments' triangles, in space."""
         f = self.triangle
         base = mesh.vertices[mesh.triangles[f, 0]]

@@ -6,7 +6,6 @@ from patterndb_sketch.surfacing.tessellation.patchmesh import (
     patch_of_least_area,
     tessellate_patch,
 )
-from patterndb_sketch.surfacing.tessellation.picking import Canvas, Pick, SurfaceStroke, draw, pick
 from patterndb_sketch.surfacing.tessellation.piece import (
     MAX_VERTICES,
     Tessellation,
@@ -20,17 +19,12 @@ from patterndb_sketch.surfacing.tessellation.triangles import area
 __all__ = [
     "MAX_INNER",
     "MAX_VERTICES",
-    "Canvas",
     "PatchMesh",
-    "Pick",
-    "SurfaceStroke",
     "Tessellation",
     "area",
-    "draw",
     "find_self_intersections",
     "minimal_area",
     "patch_of_least_area",
-    "pick",
     "tessellate",
     "tessellate_patch",
     "triangulate_flat",

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.adjacency import Adjacency
 from patterndb.geometry.surface import Surface
@@ -137,3 +138,29 @@ class TestProjection:
 
     def test_nothing_of_nothing(self) -> None:
         assert len(sphere(1).project(np.empty((0, 3)), np.empty((0, 3)), 1.0).points) == 0
+
+
+class TestRays:
+    def test_strokes_break_where_rays_miss_and_no_ray_is_lost(self) -> None:
+        points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+        points += [[2, 0, 0], [3, 0, 0], [3, 1, 0], [2, 1, 0]]
+        two = Surface.from_polygons(PolygonMesh.from_faces(points, [[0, 1, 2, 3], [4, 5, 6, 7]]))
+        x = np.linspace(-0.5, 3.5, 41)
+        origins = np.stack([x, np.full(41, 0.5), np.full(41, 2.0)], axis=1)
+        hits = two.cast_rays(origins, np.tile([0.0, 0.0, -3.0], (41, 1)))
+        runs = hits.list_runs()
+        assert len(runs) == 2
+        missed = np.flatnonzero(~hits.found)
+        assert sorted(np.concatenate([*runs, missed]).tolist()) == list(range(41))
+        for run in runs:
+            assert hits.points[run] == pytest.approx(np.c_[x[run], np.full(len(run), 0.5), 0 * run])
+            assert (np.diff(run) == 1).all()
+        assert np.isnan(hits.points[missed]).all() and np.isnan(hits.normals[missed]).all()
+        assert (hits.distances[missed] == np.inf).all()
+
+    def test_nothing_to_meet(self) -> None:
+        empty = Surface(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+        hits = empty.cast_rays([[0.0, 0, 0]], [[0.0, 0, 1]])
+        assert not hits.found[0] and hits.list_runs() == []
+        point = Surface(np.ones((3, 3)), np.array([[0, 1, 2]], np.int32))
+        assert not point.cast_rays([[1.0, 1, 0]], [[0.0, 0, 1]]).found[0]

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from patterndb._native.viewer.solid import fill_triangles
 from patterndb.geometry.polyline import arc_length
-from query.ground import DrawingGround
+from query.drawingbase import DrawingBase
 from tests.support.viewer.domed import DOME
 from viewer.camera import View, fit_view
 from viewer.solid import Hiding, Solid, spread_farthest
@@ -66,25 +66,25 @@ def test_a_view_stays_a_view(drags: list[tuple[float, float]]) -> None:
 
 def test_what_is_clicked_is_what_is_seen_there() -> None:
     view = fit_view(DOME.vertices, (0.5, -0.3, 1.0), (0.0, 1.0, 0.0), 580.0, 580.0)
-    for ground in (DrawingGround(DOME), DrawingGround(None)):
+    for base in (DrawingBase(DOME), DrawingBase(None)):
         for x, y in ((0.0, 0.0), (60.0, -40.0), (-80.0, 30.0)):
-            at = ground.hit(view.under(x, y), view.axes[2])
+            at = base.hit(view.under(x, y), view.axes[2])
             assert at is not None
             assert np.allclose(view.seen(at)[:2], (x, y), atol=1e-6)
-            assert np.allclose(ground.on(at[None])[0][0], at, atol=1e-9)
-    assert DrawingGround(DOME).hit(view.under(5000.0, 0.0), view.axes[2]) is None
+            assert np.allclose(base.on(at[None])[0][0], at, atol=1e-9)
+    assert DrawingBase(DOME).hit(view.under(5000.0, 0.0), view.axes[2]) is None
 
 
 def test_paths_are_short_and_on_the_surface() -> None:
-    ground = DrawingGround(DOME)
+    base = DrawingBase(DOME)
     view = View(np.eye(3), np.zeros(3), 100.0)
-    a, b = (ground.hit(view.under(*at), view.axes[2]) for at in ((-130.0, -90.0), (120.0, 100.0)))
+    a, b = (base.hit(view.under(*at), view.axes[2]) for at in ((-130.0, -90.0), (120.0, 100.0)))
     assert a is not None and b is not None
-    path = ground.path(a, b)
+    path = base.path(a, b)
     assert (path[0] == a).all() and (path[-1] == b).all()
-    assert np.abs(ground.on(path)[0] - path).max() < 1e-9
+    assert np.abs(base.on(path)[0] - path).max() < 1e-9
     t = np.linspace(0.0, 1.0, 400)[:, None]
-    straight = ground.on(a * (1 - t) + b * t)[0]
+    straight = base.on(a * (1 - t) + b * t)[0]
     assert arc_length(path)[-1] <= 1.005 * arc_length(straight)[-1]
 
 

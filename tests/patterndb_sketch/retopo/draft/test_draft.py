@@ -22,7 +22,7 @@ from patterndb_sketch.retopo.counts import choosing
 from patterndb_sketch.retopo.draft import byparts, handles, layout, proposing
 from patterndb_sketch.retopo.draft.checking import check_surface
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
@@ -92,7 +92,7 @@ def field_of(make: Callable[[], Surface], merging: float = 0.0) -> CrossField:
     surface = make()
     vertices, triangles = remesh_evenly(surface, 0.03 * surface.diagonal)
     return solve_field(
-        FieldMesh.of(Surface.from_arrays(vertices, triangles).orient()),
+        TangentFrames.of(Surface.from_arrays(vertices, triangles).orient()),
         0.003,
         merging * surface.diagonal,
     )
@@ -105,8 +105,8 @@ def test_remeshing_keeps_handles_and_borders_and_makes_edges_alike(
     surface = make()
     wanted = 0.03 * surface.diagonal
     vertices, triangles = remesh_evenly(surface, wanted)
-    mesh = FieldMesh.of(Surface.from_arrays(vertices, triangles).orient())
-    assert mesh.euler == FieldMesh.of(surface).euler
+    mesh = TangentFrames.of(Surface.from_arrays(vertices, triangles).orient())
+    assert mesh.euler == TangentFrames.of(surface).euler
     assert np.diff(mesh.surface.adjacency.side_start).max() == 2
     ends = mesh.surface.adjacency.ends
     lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
@@ -370,7 +370,7 @@ def ring(radius: float, tube: float) -> Surface:
 
 def find_handle(surface: Surface, edge: float) -> HandleLoop | None:
     return find_shortest_handle(
-        FieldMesh.of(Surface.from_arrays(*remesh_evenly(surface, edge)).orient())
+        TangentFrames.of(Surface.from_arrays(*remesh_evenly(surface, edge)).orient())
     )
 
 
@@ -473,7 +473,7 @@ def test_boxes_that_share_an_edge_are_drafted_closed(source: PatternSource) -> N
 def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> None:
     surface = sphere()
     sizes = Sizes.of(surface.diagonal)
-    field = solve_field(FieldMesh.of(surface), 0.0, 0.0)
+    field = solve_field(TangentFrames.of(surface), 0.0, 0.0)
     index = field.index.copy()
     one, two = field.singular[:2].tolist()
     index[[one, two]] = 3, -1
@@ -686,7 +686,7 @@ def test_a_tetrahedron_is_not_collapsed_and_what_is_left_over_is_no_seed() -> No
     points, triangles = remesh_evenly(Surface.from_arrays(corners, faces).orient(), 5.0)
     assert len(points) == 4 and len(triangles) == 4
     ball = trimesh.creation.icosphere(subdivisions=2)
-    spare = FieldMesh.of(
+    spare = TangentFrames.of(
         Surface.from_arrays(np.r_[ball.vertices, [[5.0, 5.0, 5.0]]], ball.faces).orient()
     )
     assert spare.list_ring(len(spare.vertices) - 1) == []

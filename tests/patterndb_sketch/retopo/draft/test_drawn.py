@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Call, Editor
@@ -158,9 +158,9 @@ def test_patches_all_over_leave_nothing_to_draft(source: PatternSource) -> None:
     assert outcome.refused is not None and "nothing left to draft" in outcome.refused
 
 
-def cut(network: Network, surface: Surface, edge: float) -> FieldMesh:
+def cut(network: Network, surface: Surface, edge: float) -> TangentFrames:
     return cut_along_curves(
-        network, FieldMesh.of(Surface.from_arrays(*remesh_evenly(surface, edge)).orient()), edge
+        network, TangentFrames.of(Surface.from_arrays(*remesh_evenly(surface, edge)).orient()), edge
     )
 
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.crossfield import solve_field
-from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_surface
+from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.layout import draft_network
 from patterndb_sketch.retopo.draft.proposing import SETTINGS
@@ -51,7 +51,7 @@ def laid(source: PatternSource) -> tuple[FilledNetwork, frozenset[int], Surface,
     """A draft that is filled, and fitted to nothing."""
     surface = horned(0.5)
     sizes = Sizes.of(surface.diagonal)
-    mesh = FieldMesh.of(
+    mesh = TangentFrames.of(
         Surface.from_arrays(*remesh_evenly(surface, REMESHED * sizes.edge)).orient()
     )
     empty = Network(longest=2.0 * surface.diagonal, surface=surface)

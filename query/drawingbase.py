@@ -1,4 +1,4 @@
-"""What boundaries and strokes are drawn on: a surface, or a plane where there is none."""
+"""The base that boundaries and strokes are drawn on: a surface, or a plane without one."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ PATH_POINTS = 33
 ROUNDS = 140
 
 
-class DrawingGround:
-    """A surface, or the plane through a point.
+class DrawingBase:
+    """A surface to draw on, or the plane through a point.
 
-    surface: None for a plane. point, normal: (3,) of the plane.
+    surface: None for the plane. point, normal: (3,) of the plane.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class DrawingGround:
         self._edges: coo_array | None = None
 
     @classmethod
-    def of_boundary(cls, boundary: Boundary) -> DrawingGround:
+    def of_boundary(cls, boundary: Boundary) -> DrawingBase:
         """The plane through the middle of a boundary whose vertices are placed, across its mean
         normal."""
         assert boundary.points is not None
@@ -50,8 +50,8 @@ class DrawingGround:
         return cls(None, middle, area / size if size > 0.0 else None)
 
     def hit(self, at: Points, toward: Points) -> Points | None:
-        """(3,) what is seen at a point (3,) of space by who looks against a unit vector (3,) from
-        far away; None beside the surface."""
+        """Find the point (3,) seen at a point (3,) of space, from far away against a unit vector
+        (3,); None off the surface."""
         if self.surface is None:
             slope = float(toward @ self.normal)
             if abs(slope) < 1e-3:
@@ -65,7 +65,7 @@ class DrawingGround:
         return hit.points[0] if hit.found[0] else None
 
     def on(self, points: Points) -> tuple[Points, Points]:
-        """(n, 3) the nearest points of the ground to (n, 3) points, and its normals there."""
+        """Return the nearest points of the base to (n, 3) points, and its normals there."""
         if self.surface is None:
             off = (points - self.point) @ self.normal
             return points - off[:, None] * self.normal, np.tile(self.normal, (len(points), 1))
@@ -73,7 +73,7 @@ class DrawingGround:
         return feet.points, feet.normals
 
     def path(self, a: Points, b: Points) -> Points:
-        """(k, 3) a taut line along the ground from one of its points to another.
+        """Return a taut line (k, 3) along the base from one of its points to another.
 
         From the shortest way along edges, pulled taut point by point: near a shortest path,
         and smooth. Where the surface is in pieces, the chord projected.
@@ -112,8 +112,7 @@ class DrawingGround:
 
     def _graph(self, surface: Surface) -> coo_array:
         if self._edges is None:
-            ends = np.stack([surface.triangles, np.roll(surface.triangles, -1, axis=1)], axis=2)
-            ends = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0)
+            ends = surface.adjacency.ends
             step = surface.vertices[ends[:, 1]] - surface.vertices[ends[:, 0]]
             n = len(surface.vertices)
             self._edges = coo_array(

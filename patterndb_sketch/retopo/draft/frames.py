@@ -1,4 +1,4 @@
-"""Triangles with a frame in each, and how directions go over from one to the next."""
+"""Tangent frames of the triangles of a surface, and how directions go from one to the next."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from patterndb.geometry.surface import Surface
 
 
 @dataclass(frozen=True, eq=False)
-class FieldMesh:
-    """A manifold mesh of triangles, all turned alike; side 3 f + e is the edge from corner e.
+class TangentFrames:
+    """A frame in each triangle of a manifold surface; side 3 f + e is the edge from corner e.
 
-    surface:  the triangles as a surface, whose numbers of vertices are its own.
+    surface: the triangles, all turned alike.
     x, y, normal: (t, 3) float64, the frame of every triangle; x runs along its first side.
     side_angle: (t, 3) float64, the direction of every side in its triangle's frame.
     turn:    (3t,) float64: a direction of angle a in a triangle has a + turn beyond a side; 0 at
@@ -37,7 +37,7 @@ class FieldMesh:
     flat: Floats
 
     @classmethod
-    def of(cls, surface: Surface) -> FieldMesh:
+    def of(cls, surface: Surface) -> TangentFrames:
         """Of a surface that is manifold and all turned alike."""
         corner = surface.vertices[surface.triangles]
         edge = np.roll(corner, -1, axis=1) - corner
