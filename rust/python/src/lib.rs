@@ -4,6 +4,8 @@
 //! called by `patterndb.core.halfedge`). Functions release the interpreter's lock while they
 //! compute. A panic in a crate reaches Python as `RuntimeError`, see [`arrays::run`].
 
+mod answers;
+mod arguments;
 mod arrays;
 mod core;
 mod features;
@@ -13,7 +15,6 @@ mod ingest;
 mod query;
 mod retopo;
 mod rows;
-mod store;
 mod surfacing;
 mod viewer;
 
@@ -40,7 +41,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     ingest::add(&add_module(module, "ingest")?)?;
     query::add(&add_module(module, "query")?)?;
     retopo::add(&add_module(module, "retopo")?)?;
-    store::add(&add_module(module, "store")?)?;
+    core::add_store(&add_module(module, "store")?)?;
     surfacing::add(&add_module(module, "surfacing")?)?;
     viewer::add(&add_module(module, "viewer")?)?;
     Ok(())
