@@ -1,8 +1,8 @@
 //! `patterndb._native.surfacing`.
 
 mod chords;
-mod cycles;
 mod curvenetwork;
+mod cycles;
 mod tessellation;
 
 use pyo3::prelude::*;

@@ -5,6 +5,6 @@
 
 mod axes;
 pub mod chords;
-pub mod cycles;
 pub mod curvenetwork;
+pub mod cycles;
 pub mod tessellation;
