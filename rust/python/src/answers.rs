@@ -1,7 +1,7 @@
 //! What kernels return, as Python objects: lists of items become numpy arrays.
 
 use numpy::ndarray::IxDyn;
-use numpy::{Element, IntoPyArray, PyArrayMethods};
+use numpy::{Complex64, Element, IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
@@ -63,6 +63,12 @@ impl<'py, T: Element, const K: usize> Answer<'py> for Shaped<T, K> {
     }
 }
 
+impl<'py> Answer<'py> for Vec<Complex64> {
+    fn answer(self, py: Python<'py>) -> Answered<'py> {
+        Ok(self.into_pyarray(py).into_any())
+    }
+}
+
 impl<'py> Answer<'py> for () {
     fn answer(self, py: Python<'py>) -> Answered<'py> {
         Ok(py.None().into_bound(py))
@@ -101,7 +107,8 @@ answer_tuples!(
     (A, B, C, D, E),
     (A, B, C, D, E, F),
     (A, B, C, D, E, F, G),
-    (A, B, C, D, E, F, G, H)
+    (A, B, C, D, E, F, G, H),
+    (A, B, C, D, E, F, G, H, I, J, K)
 );
 
 /// Compute without the interpreter's lock and return the Python object of the value. The arrays

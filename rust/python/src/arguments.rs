@@ -198,3 +198,9 @@ pub fn check_lengths(lengths: &[usize]) -> PyResult<()> {
         "arrays that belong together differ in length: {lengths:?}"
     )))
 }
+
+/// Return the items of an array that has N of them; raises `ValueError` for another number.
+pub fn take<'a, T, const N: usize>(items: &'a [T], name: &str) -> PyResult<&'a [T; N]> {
+    let wrong = |_| PyValueError::new_err(format!("{name} has {} items, not {N}", items.len()));
+    items.try_into().map_err(wrong)
+}

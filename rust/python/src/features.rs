@@ -10,11 +10,10 @@ use patterndb_features::ribs::{Segments, polygon, rib};
 use patterndb_features::splines::fit::Basis;
 use patterndb_features::splines::knots;
 use patterndb_geometry::tree::Tree;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
 use crate::answers::{Answered, Shaped, add_functions, compute, place_or_none};
-use crate::arguments::{Blocks, Items, Rows, RowsMut, Table, TableMut};
+use crate::arguments::{Blocks, Items, Rows, RowsMut, Table, TableMut, take};
 
 /// Return the rows and the cost of a way.
 fn split_way(way: Way) -> (Vec<i64>, f64) {
@@ -186,13 +185,6 @@ fn find_outer_contour<'py>(
 ) -> Answered<'py> {
     let picture = read_picture(&picture);
     compute!(py, => picture.find_outer_contour([x, y]))
-}
-
-/// Return an array of N items; ValueError where it has another number.
-fn take<'a, T, const N: usize>(items: &'a [T], name: &str) -> PyResult<&'a [T; N]> {
-    let wrong =
-        |_| PyValueError::new_err(format!("{name} has {} items; it needs {N}", items.len()));
-    items.try_into().map_err(wrong)
 }
 
 #[pyfunction]

@@ -2,7 +2,7 @@
 
 use numpy::ndarray::Dimension;
 use numpy::{
-    Element, IntoPyArray, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray, PyReadwriteArray,
+    Element, IntoPyArray, PyArray2, PyArrayMethods, PyReadonlyArray, PyReadwriteArray,
     PyUntypedArrayMethods,
 };
 use pyo3::exceptions::PyValueError;
@@ -81,14 +81,4 @@ pub fn from_table<T: Element>(
     items: Vec<T>,
 ) -> PyResult<Bound<'_, PyArray2<T>>> {
     items.into_pyarray(py).reshape([n_rows, n_columns])
-}
-
-/// Return blocks as an array (n, M, N).
-pub fn from_blocks<T: Element, const M: usize, const N: usize>(
-    py: Python<'_>,
-    blocks: Vec<[[T; N]; M]>,
-) -> PyResult<Bound<'_, PyArray3<T>>> {
-    let shape = [blocks.len(), M, N];
-    let items = blocks.into_flattened().into_flattened();
-    items.into_pyarray(py).reshape(shape)
 }
