@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,19 +18,13 @@ from patterndb.core.pattern import Pattern
 from patterndb.errors import InvalidCodeError
 from patterndb.system.memory import return_freed_memory
 
+if TYPE_CHECKING:
+    # Imported for its name alone: a class without a cache need not wait for it.
+    from patterndb.system.mappedarrays import ArrayCache
+
 #: Where patterns come from, as ``PatternClass.origin`` numbers it: found in learned meshes,
 #: found in imported tables alone, made by a query as one of a family or by construction.
 ORIGINS = ("learned", "imported", "family", "constructed")
-
-
-class Shelf(Protocol):
-    """Where arrays that take a while to make of a class are kept between processes."""
-
-    def find_or_make(
-        self, what: str, make: Callable[[], Mapping[str, NDArray[Any]]]
-    ) -> Mapping[str, NDArray[Any]]:
-        """The arrays kept under a name; where there are none they are made, and kept."""
-        ...
 
 
 def shrink(counts: NDArray[np.integer]) -> NDArray[np.unsignedinteger]:
@@ -67,7 +61,7 @@ class PatternClass:
                  smallest that hold them.
     joins:       (s, max(N, 1), max(N, 1)) n_ij of a signature, symmetric; a polychord with both
                  ends on side i counts once in n_ii. Unsigned integers, the smallest that hold them.
-    shelf:       where arrays that take a while to make of the class are kept; None: nowhere.
+    cache:       where arrays that take a while to make of the class are kept; None: nowhere.
     tables:      what queries make of the class and keep with it, by what it is.
     """
 
@@ -95,7 +89,7 @@ class PatternClass:
     codes: Sequence[bytes]
     lengths: NDArray[np.unsignedinteger]
     joins: NDArray[np.unsignedinteger]
-    shelf: Shelf | None = None
+    cache: ArrayCache | None = None
     tables: dict[str, Any] = field(default_factory=dict[str, Any], repr=False)
 
     def __len__(self) -> int:

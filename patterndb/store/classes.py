@@ -35,7 +35,7 @@ from patterndb.core.patternclass import ORIGINS, ClassPart, PatternClass, number
 from patterndb.core.shortcode import pack_symbols, restore
 from patterndb.errors import DatabaseError, InvalidCodeError
 from patterndb.store.reading import get_id_range, read_content_key
-from patterndb.system.mappedarrays import ArrayShelf
+from patterndb.system.mappedarrays import ArrayCache
 from patterndb.system.memory import return_freed_memory
 from patterndb.system.progress import report_progress
 
@@ -201,7 +201,7 @@ FORMAT = "class-3"
 LEAST_KEPT = 4096
 
 #: What a class has that is not an array, or is not kept.
-_APART = {"n_sides", "uses", "codes", "shelf", "tables"}
+_APART = {"n_sides", "uses", "codes", "cache", "tables"}
 _FIELDS: list[str] = [field.name for field in fields(PatternClass) if field.name not in _APART]
 
 #: Arrays that have no row for each pattern, or stretches of rows.
@@ -211,7 +211,7 @@ _FLAT = {"words", "word_start", "lengths", "joins"}
 _DERIVED = ("ids", "lengths", "joins")
 
 #: The mapped classes of this process, with what was made of them, by the files that they are in.
-_MAPPED: WeakValueDictionary[tuple[ArrayShelf, int], PatternClass] = WeakValueDictionary()
+_MAPPED: WeakValueDictionary[tuple[ArrayCache, int], PatternClass] = WeakValueDictionary()
 
 
 def list_arrays(patterns: PatternClass) -> dict[str, NDArray[Any]]:
@@ -227,14 +227,14 @@ def _make_class(
     n_sides: int,
     arrays: Mapping[str, NDArray[Any]],
     uses: NDArray[np.int64],
-    shelf: ArrayShelf | None = None,
+    cache: ArrayCache | None = None,
 ) -> PatternClass:
     """Make the class of the arrays of :func:`list_arrays`."""
     return PatternClass(
         n_sides=n_sides,
         uses=uses,
         codes=PackedRows(arrays["code_bytes"], arrays["code_ends"]),
-        shelf=shelf,
+        cache=cache,
         **{name: arrays[name] for name in _FIELDS},  # pyright: ignore[reportArgumentType]
     )
 
@@ -270,40 +270,40 @@ def read_class(connection: sqlite3.Connection, path: Path, n_sides: int) -> Patt
     this content, else loaded, and kept if it is large.
     """
     what = f"{n_sides}-{FORMAT}"
-    shelf = _find_shelf(connection, path, n_sides)
-    mapped = None if shelf is None else _MAPPED.get((shelf, n_sides))
+    cache = _find_cache(connection, path, n_sides)
+    mapped = None if cache is None else _MAPPED.get((cache, n_sides))
     if mapped is not None and np.array_equal(
         mapped.uses, _read_uses(connection, n_sides, mapped.ids)
     ):
         return mapped
-    arrays = None if shelf is None else shelf.find(what)
+    arrays = None if cache is None else cache.find(what)
     if arrays is None:
         loaded = load_class(connection, n_sides)
-        if shelf is None or len(loaded) < LEAST_KEPT:
+        if cache is None or len(loaded) < LEAST_KEPT:
             return loaded
         # What another program wrote in between would be kept under what was there before.
-        if _find_shelf(connection, path, n_sides) != shelf or not shelf.keep(
+        if _find_cache(connection, path, n_sides) != cache or not cache.keep(
             what, list_arrays(loaded)
         ):
             return loaded
         # A large class has its arrays in memory once, not beside those that are mapped.
         del loaded
         return_freed_memory()
-        arrays = shelf.find(what)
+        arrays = cache.find(what)
         if arrays is None:  # another process has replaced it
             return load_class(connection, n_sides)
-    assert shelf is not None
-    made = _make_class(n_sides, arrays, _read_uses(connection, n_sides, arrays["ids"]), shelf)
-    _MAPPED[shelf, n_sides] = made
+    assert cache is not None
+    made = _make_class(n_sides, arrays, _read_uses(connection, n_sides, arrays["ids"]), cache)
+    _MAPPED[cache, n_sides] = made
     return made
 
 
-def _find_shelf(connection: sqlite3.Connection, path: Path, n_sides: int) -> ArrayShelf | None:
+def _find_cache(connection: sqlite3.Connection, path: Path, n_sides: int) -> ArrayCache | None:
     """Where arrays of a class are kept; None while a change is underway, which may never be
     committed."""
     if connection.in_transaction:
         return None
-    return ArrayShelf(str(path.resolve()), read_content_key(connection, n_sides))
+    return ArrayCache(str(path.resolve()), read_content_key(connection, n_sides))
 
 
 def _read_uses(

@@ -181,7 +181,7 @@ def _read_record(kind: type[Any], row: Mapping[str, Any]) -> Any:
     for name, (column, inner) in _columns_of(kind).items():
         if is_dataclass(inner):
             values[name] = _read_record(cast("type[Any]", inner), row)
-        else:
+        elif column in row:  # the shipped database may lack a new column
             values[name] = bool(row[column]) if inner is bool else row[column]
     if kind is LearningOptions and not any(values[mode] for mode in ("basic", "side", "convex")):
         return LearningOptions.none()

@@ -62,7 +62,7 @@ ABANDONED_SECONDS = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
-class ArrayShelf:
+class ArrayCache:
     """Where arrays made of one thing are kept.
 
     source: tells the thing from others, whatever it holds now, such as a file's path.

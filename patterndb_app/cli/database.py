@@ -226,7 +226,7 @@ def diff(first: Path, second: Path | None, as_json: bool) -> int:
     """
     # Imported here because --help need not wait for it.
     from patterndb.core.code import format_id
-    from patterndb.store.comparison import compare_databases
+    from patterndb.store.database import compare_databases
 
     with open_database(first) as one, open_database(second) as other:
         found = compare_databases(one, other)

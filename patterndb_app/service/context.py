@@ -20,7 +20,7 @@ from patterndb_app.service.jobs import JobBook
 from patterndb_app.service.limits import DEFAULT_LIMITS, Limits
 from patterndb_app.service.metrics import Metrics
 from patterndb_app.service.refusals import ClientGoneError, StoppingError
-from patterndb_app.service.surfaces import SurfaceShelf
+from patterndb_app.service.surfaces import SurfaceCache
 from patterndb_app.service.work import GONE, STOPPING, RequestWork, Workers
 
 T = TypeVar("T")
@@ -64,7 +64,7 @@ class Service:
         self.workers = Workers(
             limits, lambda why: self.metrics.count("patterndb_ended_total", why=why)
         )
-        self.surfaces = SurfaceShelf(limits.surfaces_bytes, limits.surface_seconds)
+        self.surfaces = SurfaceCache(limits.surfaces_bytes, limits.surface_seconds)
         self.catalogue = Catalogue(settings.databases)
         changeable = {
             database.name: database.path

@@ -22,7 +22,7 @@ VERTEX_BYTES = 80
 
 @dataclass(slots=True)
 class KeptSurface:
-    """A surface, what it has and takes, and when it was last used (of the shelf's clock)."""
+    """A surface, what it has and takes, and when it was last used (of the cache's clock)."""
 
     id: str
     surface: Surface
@@ -32,7 +32,7 @@ class KeptSurface:
     used: float
 
 
-class SurfaceShelf:
+class SurfaceCache:
     """The surfaces of a service, those unused for longest given up first."""
 
     def __init__(

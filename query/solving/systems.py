@@ -201,12 +201,12 @@ def systems_of(patterns: SignedRows) -> Systems:
     known = _known.get(key)
     if known is not None and known[0]() is patterns.joins:
         return known[1]
-    shelf = patterns.shelf if isinstance(patterns, PatternClass) else None
-    if shelf is None:
+    cache = patterns.cache if isinstance(patterns, PatternClass) else None
+    if cache is None:
         made = make_systems(patterns.lengths, patterns.joins)
     else:
         made = _from_arrays(
-            shelf.find_or_make(
+            cache.find_or_make(
                 f"{patterns.lengths.shape[1]}-{SHELVED_SYSTEMS}",
                 lambda: _to_arrays(make_systems(patterns.lengths, patterns.joins, jointly=True)),
             )

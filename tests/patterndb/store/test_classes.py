@@ -20,7 +20,7 @@ from patterndb.errors import DatabaseError
 from patterndb.store import Database, classes
 from patterndb.store.classes import load_class
 from patterndb.store.connection import connect
-from patterndb.system.mappedarrays import FOLDER, MAGIC, ArrayShelf
+from patterndb.system.mappedarrays import FOLDER, MAGIC, ArrayCache
 from patterndb.system.progress import describe_progress
 from query import fills
 from query.listing.table import get_strict_table
@@ -310,14 +310,14 @@ def test_writing_to_mapped_arrays_changes_neither_file_nor_other_processes(
         assert database.pattern_class(4).ids.tolist() == before.tolist()
 
 
-def test_a_shelf_takes_what_was_not_used_for_longest_away(
+def test_a_cache_drops_what_was_not_used_for_longest(
     kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("patterndb.system.mappedarrays.MOST_BYTES", 20_000)
-    shelves = [ArrayShelf(f"source {k}", "key") for k in range(5)]
-    for shelf in shelves:
-        assert shelf.keep("numbers", {"numbers": np.arange(1000)})
-    found = [shelf.find("numbers") is not None for shelf in shelves]
+    caches = [ArrayCache(f"source {k}", "key") for k in range(5)]
+    for cache in caches:
+        assert cache.keep("numbers", {"numbers": np.arange(1000)})
+    found = [cache.find("numbers") is not None for cache in caches]
     assert found == [False, False, False, True, True]
 
 

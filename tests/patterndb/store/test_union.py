@@ -39,7 +39,7 @@ def merged(into: Path, other: Path) -> Path:
 def assert_same_class(one: PatternClass, other: PatternClass) -> None:
     """Signatures may be numbered otherwise: what they stand for is compared."""
     for field in dataclass_fields(PatternClass):
-        if field.name in ("signature", "lengths", "joins", "shelf"):
+        if field.name in ("signature", "lengths", "joins", "cache"):
             continue
         mine, theirs = getattr(one, field.name), getattr(other, field.name)
         if isinstance(mine, np.ndarray):

@@ -21,7 +21,7 @@ from patterndb.system.caches import (
     write_cached,
 )
 from patterndb.system.files import UNFINISHED, remove_unfinished, replace_file
-from patterndb.system.mappedarrays import ArrayShelf
+from patterndb.system.mappedarrays import ArrayCache
 
 #: Another user, and a group that is nobody's own.
 OTHER = 65534
@@ -150,16 +150,16 @@ class TestAnotherUser:
     def test_their_arrays_are_not_mapped(
         self, theirs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
-        shelf, arrays = ArrayShelf("a database", "a content"), {"ids": np.arange(4)}
+        cache, arrays = ArrayCache("a database", "a content"), {"ids": np.arange(4)}
         own = tmp_path / "own"
         monkeypatch.setattr("patterndb.system.mappedarrays.cache_folders", lambda: [own])
-        assert shelf.keep("class", arrays) and shelf.find("class") is not None
+        assert cache.keep("class", arrays) and cache.find("class") is not None
         own.rename(theirs.with_name("kept"))
         theirs.rmdir()
         theirs.with_name("kept").rename(theirs)
         os.chown(theirs, OTHER, OTHER)
         monkeypatch.setattr("patterndb.system.mappedarrays.cache_folders", lambda: [theirs])
-        assert shelf.find("class") is None and not shelf.keep("class", arrays)
+        assert cache.find("class") is None and not cache.keep("class", arrays)
 
     def test_their_starter_is_not_opened(
         self, theirs: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
