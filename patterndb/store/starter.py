@@ -25,7 +25,7 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError
 from patterndb.store import compact, reading
 from patterndb.store.classes import parse_class, parse_codes
-from patterndb.store.connection import SCHEMA_VERSION, Mode, connect
+from patterndb.store.connection import Mode, connect, read_schema
 from patterndb.store.database import Database
 from patterndb.store.records import Mesh
 from patterndb.system.caches import cache_folders, is_trusted, make_trusted
@@ -238,7 +238,8 @@ def unpack_starter(
     ``say`` and ``progress`` are told before and while it is made. Raises DatabaseError if the data
     is damaged, or if there is no folder to make it in.
     """
-    name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}-{SCHEMA_VERSION}.db"
+    digest = hashlib.sha256(read_schema().encode() + data).hexdigest()
+    name = f"starter-{digest[:16]}.db"
     folders = cache_folders()
     failure: Exception | None = None
     for folder in folders:
@@ -253,8 +254,8 @@ def unpack_starter(
                 if say is not None:
                     say(f"unpacking the starter database into {folder} (once)")
                 compact.load(data, fresh, progress)
-                digest = _hash_file(fresh)
-            replace_file(_hash_beside(folder / name), digest)
+                content = _hash_file(fresh)
+            replace_file(_hash_beside(folder / name), content)
         except (OSError, DatabaseError) as error:
             # No space left, say: the next folder may be on another disk.
             failure = error

@@ -17,7 +17,6 @@ import patterndb.store.starter
 from patterndb.core.code import format_id
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
-from patterndb.store.connection import SCHEMA_VERSION
 from tests.support.cli.commandline import (
     assert_refused,
     content_hash,
@@ -197,7 +196,8 @@ def test_the_real_one(pytestconfig: pytest.Config) -> None:
     # Kept between test runs, as a user's cache is, for unpacking takes its time.
     assert pytestconfig.cache is not None
     cache = pytestconfig.cache.mkdir("starter")
-    name = f"starter-{hashlib.sha256(before).hexdigest()[:16]}-{SCHEMA_VERSION}.db"
+    made_of = (CHECKOUT / "schema.sql").read_bytes() + before
+    name = f"starter-{hashlib.sha256(made_of).hexdigest()[:16]}.db"
     environment = {"HOME": None, "PATTERNDB_CACHE": str(cache)}
     asked = ("query", "--sides=3,5,4,6", "--limit", 50, "--flat", "--json")
     first = program(*asked, environment=environment)
