@@ -36,7 +36,7 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.registration import (
-    DrawnNetwork,
+    FeatureCurves,
     Registration,
     box_template,
     register,
@@ -175,8 +175,8 @@ def registrations_table(data: Path) -> None:
 
 
 def wrong_frames(
-    model: Surface, network: DrawnNetwork
-) -> Iterator[tuple[str, Surface, DrawnNetwork]]:
+    model: Surface, network: FeatureCurves
+) -> Iterator[tuple[str, Surface, FeatureCurves]]:
     """A model and its network, right and wrong in every way that frames are."""
 
     def moved(change: Callable[[Points], Points]) -> Surface:

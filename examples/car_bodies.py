@@ -25,7 +25,7 @@ from bodies import CARS, Body, NamedCurve, body, degrade, stroke
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.files.strokesjson import write_strokes
-from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.sessionfile import write_network
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.strokes import FeatureStroke
@@ -92,7 +92,7 @@ def write(car: Body, name: str, given: argparse.Namespace) -> None:
         points, faces = car.points, car.faces
     write_obj(base.with_suffix(".obj"), points, faces, f"{name}, made by examples/car_bodies.py")
     write_strokes(base.with_suffix(".strokes.json"), strokes)
-    write_network(base.with_suffix(".network.json"), DrawnNetwork(curves))
+    write_network(base.with_suffix(".network.json"), FeatureCurves(curves))
     print(f"{base}: {len(faces):,} faces, {len(strokes)} strokes")
 
 

@@ -26,7 +26,7 @@ from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
-    from patterndb_sketch.features.registration import DrawnNetwork, Registration, Template
+    from patterndb_sketch.features.registration import FeatureCurves, Registration, Template
 
 template_option = click.option(
     "--template",
@@ -175,7 +175,7 @@ def read_any_template(name: str) -> Template:
     return read_template(name, read_mesh)
 
 
-def read_drawn(network: Path, tolerance: float | None) -> DrawnNetwork:
+def read_drawn(network: Path, tolerance: float | None) -> FeatureCurves:
     """The network in a file, with the tolerance if one is given, else with the file's own."""
     from patterndb_sketch.features.sessionfile import read_network
 
@@ -183,7 +183,7 @@ def read_drawn(network: Path, tolerance: float | None) -> DrawnNetwork:
     return drawn if tolerance is None else replace(drawn, tolerance=tolerance)
 
 
-def turn_model(model: Surface, drawn: DrawnNetwork, turn: str) -> tuple[str, Surface]:
+def turn_model(model: Surface, drawn: FeatureCurves, turn: str) -> tuple[str, Surface]:
     """The turn that was asked for, or found by the curves of a network, and the model in it."""
     from patterndb_sketch.features.registration.frame import Turn, find_turn
 

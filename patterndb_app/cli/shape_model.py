@@ -43,7 +43,7 @@ from patterndb_app.cli.text import plural, say, table, write, write_json
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from patterndb_sketch.features.registration import DrawnNetwork, Template
+    from patterndb_sketch.features.registration import FeatureCurves, Template
     from patterndb_sketch.features.shapemodel import ErrorTable, ShapeModel
 
     Floats = NDArray[np.float64]
@@ -185,7 +185,7 @@ def _names(paths: Sequence[Path]) -> list[str]:
 
 def _shape_of(
     path: Path,
-    drawn: DrawnNetwork | None,
+    drawn: FeatureCurves | None,
     template: Template,
     delta: float,
     rounds: int,

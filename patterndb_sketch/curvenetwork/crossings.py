@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
@@ -45,6 +45,11 @@ LEAST_ANGLE = math.radians(15)
 #: Places on one curve that are this many sagittas apart are one: three curves through one point
 #: cross each other at three.
 ONE_PLACE = 4.0
+
+
+#: The search for where curves are nearest may leave an edge by this share of it: places at samples
+#: are on one edge or the other.
+BEYOND = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +168,7 @@ def _find_meetings(
     packed: PackedCurves, curves: GuessedCurves, settled: NDArray[np.bool_], tolerance: float
 ) -> _Meetings:
     """Find where guessed curves or their polylines meet, each place once."""
-    points, starts, curve_of = packed.points, packed.starts, packed.curve_of
+    points, curve_of = packed.points, packed.curve_of
     boxes = np.maximum(EASE * curves.sagitta, tolerance / 2)
     most = max(2.0 * float(boxes.max()), tolerance)
     pairs, shares, gaps = find_contacts(packed, np.full(len(packed), most), boxes)
@@ -177,7 +182,7 @@ def _find_meetings(
     fit = np.where(both_settled, END_FIT * most_off, usual)
     meets = exact | (guessed <= fit + tolerance)
     # Where polylines run along each other there is no one place.
-    meets &= _may_cross(points, starts, curve_of, pairs, np.where(exact[:, None], shares, nearer))
+    meets &= _may_cross(packed, pairs, np.where(exact[:, None], shares, nearer))
     straight = points[pairs] + shares[..., None] * (points[pairs + 1] - points[pairs])
     shares = np.where(exact[:, None], shares, nearer)
     places = np.where(exact[:, None, None], straight, places)
@@ -191,11 +196,12 @@ def _find_meetings(
 
 
 def _approach(
-    curves: GuessedCurves, pairs: Int64Array, shares: Floats
+    curves: GuessedCurves, pairs: Int64Array, shares: Floats, beyond: float = 0.0
 ) -> tuple[Floats, Floats, Points]:
     """Move places on pairs of edges (k, 2) to where the curves are nearest, within the edges.
 
-    Returns the shares (k, 2), how far apart the curves are there (k,), and the points (k, 2, 3).
+    beyond: by which share of an edge they may leave it. Returns the shares (k, 2), how far apart
+    the curves are there (k,), and the points (k, 2, 3).
     """
     shares = shares.copy()
     for _ in range(ROUNDS):
@@ -209,25 +215,29 @@ def _approach(
         scale = np.where(safe, determinant, 1.0)
         moves = np.stack([(b * e - c * d) / scale, (a * e - b * d) / scale], axis=1)
         shares += np.where(safe[:, None], moves, 0.0)
-        np.clip(shares, 0.0, 1.0, out=shares)
+        np.clip(shares, -beyond, 1.0 + beyond, out=shares)
     points = np.stack(
         [curves.locate(pairs[:, side], shares[:, side])[0] for side in range(2)], axis=1
     )
     return shares, np.linalg.norm(points[:, 0] - points[:, 1], axis=1), points
 
 
-def _may_cross(
-    points: Points, starts: Int64Array, curve_of: Int64Array, pairs: Int64Array, shares: Floats
-) -> NDArray[np.bool_]:
+def _may_cross(packed: PackedCurves, pairs: Int64Array, shares: Floats) -> NDArray[np.bool_]:
     """(k,) which contacts cross, or are at an end of a curve, and are no neighbours on one."""
-    steps = points[pairs + 1] - points[pairs]
+    curve_of = packed.curve_of
+    steps = packed.points[pairs + 1] - packed.points[pairs]
     cosine = np.abs((steps[:, 0] * steps[:, 1]).sum(axis=1))
     across = cosine <= math.cos(LEAST_ANGLE) * np.linalg.norm(steps, axis=2).prod(axis=1)
-    first, last = starts[:-1][curve_of[pairs]], starts[1:][curve_of[pairs]] - 1
-    is_end = ((pairs == first) & (shares == 0)) | ((pairs + 1 == last) & (shares == 1))
-    is_end &= (points[first] != points[last]).any(axis=2)
     other = (curve_of[pairs[:, 0]] != curve_of[pairs[:, 1]]) | (pairs[:, 1] - pairs[:, 0] > 2)
-    return (across | is_end.any(axis=1)) & other
+    return (across | _is_open_end(packed, pairs, shares).any(axis=1)) & other
+
+
+def _is_open_end(packed: PackedCurves, edges: Int64Array, shares: Floats) -> NDArray[np.bool_]:
+    """(k, 2) which places on edges are ends of open curves."""
+    curve = packed.curve_of[edges]
+    first, last = packed.starts[:-1][curve], packed.starts[1:][curve] - 1
+    at_end = ((edges == first) & (shares == 0)) | ((edges + 1 == last) & (shares == 1))
+    return at_end & ~packed.closed[curve]
 
 
 def _choose_nearest(curves: Int64Array, at: Floats, edges: Floats) -> list[int]:
@@ -357,3 +367,76 @@ def _insert(line: Points, changes: Sequence[tuple[_Place, Points]]) -> Points:
         rows = [changes[k][1] for _, _, k in put]
         points = np.insert(points, [at for at, _, _ in put], rows, axis=0)
     return drop_repeats(points)
+
+
+@dataclass(frozen=True, slots=True)
+class ClosestPlaces:
+    """Places where two curves are closer to each other than around, the closest first.
+
+    lengths: (m, 2) float64, arc lengths along the polylines of the first and the second. points:
+    (m, 2, 3), on the smooth curves. gaps: (m,), how far these are apart. sines: (m,) of the angle
+    between the curves there, 0 where they run side by side or on into each other.
+    """
+
+    lengths: Floats = field(repr=False)
+    points: Points = field(repr=False)
+    gaps: Floats = field(repr=False)
+    sines: Floats = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.gaps)
+
+    @property
+    def middles(self) -> Points:
+        """(m, 3) midway between the points."""
+        return self.points.mean(axis=1)
+
+    def take(self, which: NDArray[np.bool_] | Int64Array) -> ClosestPlaces:
+        """Return some of the places."""
+        return ClosestPlaces(
+            self.lengths[which], self.points[which], self.gaps[which], self.sines[which]
+        )
+
+
+def find_closest_places(packed: PackedCurves, reach: float) -> ClosestPlaces:
+    """Find where the smooth curves that two polylines stand for come closest to each other.
+
+    reach: places farther apart are left out. An end of an open curve counts if the other curve is
+    not closer to its neighbourhood.
+    """
+    curves = guess_curves(packed)
+    pairs, straight, gaps = find_contacts(packed, np.full(len(packed), reach))
+    other = packed.curve_of[pairs[:, 0]] != packed.curve_of[pairs[:, 1]]
+    pairs, straight, gaps = pairs[other], straight[other], gaps[other]
+    lowest = _is_lowest(pairs, gaps, len(packed.points))
+    pairs, straight, gaps = pairs[lowest], straight[lowest], gaps[lowest]
+    shares, apart, _ = _approach(curves, pairs, straight, BEYOND)
+    # Curves that bend much in comparison to their distance lead the search astray.
+    inside = ((shares > -BEYOND) & (shares < 1.0 + BEYOND)).all(axis=1)
+    inside &= apart <= gaps + curves.sagitta[pairs].sum(axis=1)
+    shares = np.where(inside[:, None], shares, straight)
+    (p, dp), (q, dq) = (curves.locate(pairs[:, side], shares[:, side]) for side in range(2))
+    gaps = np.linalg.norm(p - q, axis=1)
+    product = np.linalg.norm(dp, axis=1) * np.linalg.norm(dq, axis=1)
+    sines = np.linalg.norm(np.cross(dp, dq), axis=1) / np.where(product > 0.0, product, 1.0)
+    size = np.linalg.norm(np.diff(packed.points, axis=0), axis=1)[pairs]
+    lengths = packed.along[pairs] + shares * size
+    order = np.argsort(gaps, kind="stable")
+    order = order[gaps[order] <= reach]
+    chosen = order[_choose_nearest(packed.curve_of[pairs[order]], lengths[order], size[order])]
+    return ClosestPlaces(lengths, np.stack([p, q], axis=1), gaps, sines).take(chosen)
+
+
+def _is_lowest(pairs: Int64Array, gaps: Floats, n: int) -> NDArray[np.bool_]:
+    """(k,) which pairs of edges (k, 2) are no farther apart than those next to them.
+
+    n: the number of points.
+    """
+    key = pairs @ [n, 1]
+    order = np.argsort(key)
+    lowest = np.ones(len(key), bool)
+    for beside in (-n - 1, -n, 1 - n, -1, 1, n - 1, n, n + 1):
+        at = np.searchsorted(key, key + beside, sorter=order)
+        at = order[np.minimum(at, len(key) - 1)] if len(key) else at
+        lowest &= (key[at] != key + beside) | (gaps <= gaps[at])
+    return lowest

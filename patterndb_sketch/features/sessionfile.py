@@ -46,7 +46,7 @@ from patterndb_sketch.features.files.networkjson import curve_of, drawn_network,
 from patterndb_sketch.features.files.shapearrays import MAX_BYTES as MAX_SHAPE_BYTES
 from patterndb_sketch.features.files.shapearrays import shape_bytes, shape_of
 from patterndb_sketch.features.files.templatejson import mesh_name, template_document, template_of
-from patterndb_sketch.features.registration import DrawnNetwork, Template, template_of_name
+from patterndb_sketch.features.registration import FeatureCurves, Template, template_of_name
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
@@ -111,12 +111,12 @@ class FeatureSession:
     mesh: str = ""
     curves: tuple[SessionCurve, ...] = ()
     settings: Mapping[str, float] = field(default_factory=dict)
-    networks: Mapping[str, DrawnNetwork] = field(default_factory=dict)
+    networks: Mapping[str, FeatureCurves] = field(default_factory=dict)
     templates: Mapping[str, Template] = field(default_factory=dict)
     shapes: Mapping[str, ShapeModel] = field(default_factory=dict)
 
 
-def read_network(path: Path | str) -> DrawnNetwork:
+def read_network(path: Path | str) -> FeatureCurves:
     """The network of curves in a JSON file, see :mod:`patterndb_sketch.features.files.networkjson`.
 
     Raises InvalidFeatureError that names the file and the place in it, says what is wrong and
@@ -127,7 +127,7 @@ def read_network(path: Path | str) -> DrawnNetwork:
         return drawn_network(_json(_content(path), "a network of curves"))
 
 
-def write_network(path: Path | str, network: DrawnNetwork) -> None:
+def write_network(path: Path | str, network: FeatureCurves) -> None:
     """Write a network; :func:`read_network` gives it back. OSError as writing does."""
     _write_json(Path(path), network_document(network))
 

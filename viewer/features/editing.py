@@ -24,7 +24,7 @@ from patterndb_sketch.features.edits import (
 )
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
-from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED
@@ -50,7 +50,7 @@ class FeatureFiles(Protocol):
     def tick(self, state: FeatureEdits) -> str: ...
     def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str: ...
     def read_again(self) -> FeatureSession: ...
-    def save_network(self, network: DrawnNetwork) -> str: ...
+    def save_network(self, network: FeatureCurves) -> str: ...
     def save_lines(self, lines: Mapping[str, Points]) -> str: ...
 
 
@@ -281,7 +281,7 @@ class FeatureEditing:
         """Save the curves as a network, which templates are laid on."""
         self._saved_by(
             lambda files: files.save_network(
-                DrawnNetwork({name: look.spline for name, look in self.made().items()})
+                FeatureCurves({name: look.spline for name, look in self.made().items()})
             )
         )
 

@@ -12,7 +12,7 @@ from patterndb.system.knownfiles import KnownFiles
 from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.features.edits import FeatureEdits
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
     read_session,
@@ -156,7 +156,7 @@ class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
         self.note_saved(edits, path)
         return f"saved {path}"
 
-    def save_network(self, network: DrawnNetwork) -> str:
+    def save_network(self, network: FeatureCurves) -> str:
         """Write a network of curves."""
         if not network.curves:
             return "there is no curve to save"

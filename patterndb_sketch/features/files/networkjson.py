@@ -28,7 +28,7 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.system.documents import JsonModel, JsonValue, Number, Point, complete_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import interpolate_points, is_ring
-from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.splines import Spline, fit_spline
 
 KEYS = ("model", "curves", "meet", "near", "tolerance")
@@ -49,7 +49,7 @@ SAMPLES = 100
 POINTS_PER_CONTROL = 5
 
 
-def drawn_network(document: JsonValue) -> DrawnNetwork:
+def drawn_network(document: JsonValue) -> FeatureCurves:
     """The network in a document. Raises InvalidFeatureError that names the place in it."""
     entries = document.entries(KEYS, 'an object such as {"curves": {...}}')
     if "curves" not in entries:
@@ -70,10 +70,10 @@ def drawn_network(document: JsonValue) -> DrawnNetwork:
         tolerance = entries["tolerance"].number()
         if tolerance <= 0.0:
             entries["tolerance"].fail("give a tolerance above 0, or leave it out")
-    return DrawnNetwork(curves, meet, near, tolerance)
+    return FeatureCurves(curves, meet, near, tolerance)
 
 
-def network_document(network: DrawnNetwork) -> dict[str, object]:
+def network_document(network: FeatureCurves) -> dict[str, object]:
     """The network as plain JSON has it, its curves as splines; reading gives them back."""
     document: dict[str, object] = {
         "curves": {name: curve.as_document() for name, curve in network.curves.items()}

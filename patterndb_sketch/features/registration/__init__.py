@@ -1,15 +1,15 @@
-"""Curve networks, templates of quads that follow them, and templates laid onto models.
+"""Feature curves that meet, templates of quads that follow them, and templates laid onto models.
 
-Read curvenetwork (drawn curves that meet), template, boxes (the built-in templates), mapping (the
+Read joints (drawn curves that meet), template, boxes (the built-in templates), mapping (the
 membrane and the model's hits), register.
 """
 
 from patterndb_sketch.features.registration.boxes import box_template, template_of_name
-from patterndb_sketch.features.registration.curvenetwork import (
+from patterndb_sketch.features.registration.joints import (
     CurveJoint,
-    DrawnNetwork,
-    FeatureNetwork,
-    resolve_network,
+    FeatureCurves,
+    JoinedFeatures,
+    join_features,
 )
 from patterndb_sketch.features.registration.register import Feature, Registration, register
 from patterndb_sketch.features.registration.template import (
@@ -22,15 +22,15 @@ from patterndb_sketch.features.registration.template import (
 __all__ = [
     "ChainStep",
     "CurveJoint",
-    "DrawnNetwork",
     "Feature",
     "FeatureChain",
-    "FeatureNetwork",
+    "FeatureCurves",
+    "JoinedFeatures",
     "Registration",
     "Template",
     "TemplatePart",
     "box_template",
+    "join_features",
     "register",
-    "resolve_network",
     "template_of_name",
 ]

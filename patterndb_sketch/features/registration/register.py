@@ -14,12 +14,12 @@ from patterndb.geometry.points import Bools, Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration.curvenetwork import (
-    DrawnNetwork,
-    FeatureNetwork,
-    resolve_network,
-)
 from patterndb_sketch.features.registration.frame import check_frame, check_sense
+from patterndb_sketch.features.registration.joints import (
+    FeatureCurves,
+    JoinedFeatures,
+    join_features,
+)
 from patterndb_sketch.features.registration.mapping import (
     Hits,
     Lines,
@@ -69,13 +69,13 @@ class Registration:
     projected: Bools
     occluded: Bools
     doubt: NDArray[np.float64]
-    network: FeatureNetwork
+    network: JoinedFeatures
     notes: tuple[str, ...]
 
 
 def register(
     model: Surface,
-    drawn: DrawnNetwork | Mapping[str, Spline],
+    drawn: FeatureCurves | Mapping[str, Spline],
     template: Template,
     *,
     delta: float = DELTA,
@@ -88,7 +88,7 @@ def register(
     rounds:    of mapping; each takes the surface of the one before for its membrane.
 
     Source: feature curve recovery paper, section 5.1. Differs from the paper: see find_hits,
-    find_occluded, resolve_network, and rounds, of which the paper has one. Raises
+    find_occluded, join_features, and rounds, of which the paper has one. Raises
     InvalidFeatureError for curves that are missing, do not meet, do not lie on the model or are
     those of the other half, and for a delta or rounds that mean nothing.
     """
@@ -96,17 +96,10 @@ def register(
         raise InvalidFeatureError(f"delta is {delta}; give a number above 0, such as {DELTA:g}")
     if not 1 <= rounds <= MOST_ROUNDS:
         raise InvalidFeatureError(f"rounds are {rounds}; give 1 to {MOST_ROUNDS}")
-    if not isinstance(drawn, DrawnNetwork):
-        drawn = DrawnNetwork(drawn)
+    if not isinstance(drawn, FeatureCurves):
+        drawn = FeatureCurves(drawn)
     joints = template.joints([name for name in template.curves if name in drawn.curves])
-    network = resolve_network(
-        drawn.curves,
-        joints,
-        tolerance=drawn.tolerance,
-        near=drawn.near,
-        meet=drawn.meet,
-        plane=template.in_plane(),
-    )
+    network = join_features(drawn, joints, template.in_plane())
     check_frame(model, [drawn.curves[name] for name in template.curves if name in drawn.curves])
     features, notes = sample_features(template, network)
     membrane, mirroring = prepare_template(template)

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration.curvenetwork import CurveJoint, FeatureNetwork
+from patterndb_sketch.features.registration.joints import CurveJoint, JoinedFeatures
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 
@@ -151,7 +151,7 @@ def list_edges(quads: Int32Array) -> Int32Array:
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def sample_features(template: Template, network: FeatureNetwork) -> tuple[Points, tuple[str, ...]]:
+def sample_features(template: Template, network: JoinedFeatures) -> tuple[Points, tuple[str, ...]]:
     """The places (v, 3) of the feature vertices, nan for others; and notes.
 
     A chain's vertices are at equal arc length along its curves; those at corners are the
@@ -169,7 +169,7 @@ def sample_features(template: Template, network: FeatureNetwork) -> tuple[Points
     return points, notes
 
 
-def _along(chain: FeatureChain, network: FeatureNetwork, there: list[bool]) -> Points:
+def _along(chain: FeatureChain, network: JoinedFeatures, there: list[bool]) -> Points:
     lengths: list[float] = []
     tables: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
     for step, drawn in zip(chain.steps, there, strict=True):

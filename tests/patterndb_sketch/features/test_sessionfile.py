@@ -17,7 +17,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import FIT, spline_through
 from patterndb_sketch.features.files.shapearrays import shape_bytes, shape_of
-from patterndb_sketch.features.registration import DrawnNetwork, Feature, Template, box_template
+from patterndb_sketch.features.registration import Feature, FeatureCurves, Template, box_template
 from patterndb_sketch.features.sessionfile import (
     JSON_NAME,
     FeatureSession,
@@ -56,14 +56,14 @@ def session() -> FeatureSession:
         "roof rail", samples[::7].copy(), samples, ((4, samples[4] + 0.1), (29, samples[29])),
         spline_through(samples),
     )  # fmt: skip
-    network = DrawnNetwork(
+    network = FeatureCurves(
         rim(), {"ne": ("east", "north")}, {"se": np.array([0.5, -0.5, 1 / 3])}, 0.0625
     )
     return FeatureSession(
         "models/sedan.obj",
         (curve,),
         {"alpha": 0.1 + 0.2, "beta": 60.0},
-        {"one": network, "none": DrawnNetwork({"a": curve.spline})},
+        {"one": network, "none": FeatureCurves({"a": curve.spline})},
         {"sheet": sheet(4), "car": box_template(3)},
         {"cars": shape_model(), "others": shape_model(1)},
     )
@@ -75,7 +75,7 @@ def same_spline(a: Spline, b: Spline) -> bool:
     )  # fmt: skip
 
 
-def same_network(a: DrawnNetwork, b: DrawnNetwork) -> bool:
+def same_network(a: FeatureCurves, b: FeatureCurves) -> bool:
     return (
         list(a.curves) == list(b.curves)
         and all(same_spline(a.curves[name], b.curves[name]) for name in a.curves)

@@ -26,7 +26,7 @@ from patterndb_sketch.features.files.strokesjson import (
     strokes_of,
     write_strokes,
 )
-from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
     SessionCurve,
@@ -283,7 +283,7 @@ def test_curves_are_a_network(found: list[RecoveredCurve], tmp_path: Path) -> No
     assert network.near["c"].tolist() == [0, 0, 1]
     assert len(read_curves(path)) == 2
     plain = tmp_path / "b.json"
-    drawn = DrawnNetwork({one.name: one.curve.spline for one in found})
+    drawn = FeatureCurves({one.name: one.curve.spline for one in found})
     write_network(plain, drawn)
     assert network_document(read_network(plain)) == network_document(drawn)
 

@@ -14,11 +14,12 @@ from patterndb_sketch.features.registration import (
     ChainStep,
     CurveJoint,
     FeatureChain,
+    FeatureCurves,
     Registration,
     Template,
     TemplatePart,
+    join_features,
     register,
-    resolve_network,
 )
 from patterndb_sketch.features.sessionfile import read_template, write_template
 from patterndb_sketch.features.shapemodel import ShapeModel, edit, pull_feature
@@ -98,7 +99,7 @@ def test_a_closed_curve_is_followed_between_its_corners(start: float, sense: int
         outer = Spline(outer.degree, outer.knots, 2.0 * outer.control, closed=True)
         joints = [CurveJoint(f"in{i}", ("inner", f"spoke{i}")) for i in range(count)]
         joints += [CurveJoint(f"out{i}", ("outer", f"spoke{i}")) for i in range(count)]
-        found = resolve_network({"inner": inner, "outer": outer, **spokes}, joints)
+        found = join_features(FeatureCurves({"inner": inner, "outer": outer, **spokes}), joints)
         for name, radius, corner in (("inner", 1.0, "in"), ("outer", 2.0, "out")):
             assert found.curves[name].closed
             for i in range(count):
@@ -124,7 +125,7 @@ def test_joints_at_one_place_of_a_closed_curve_are_refused() -> None:
         CurveJoint(f"{ring}_{line}", (ring, line)) for ring in rings for line in ("one", "two")
     ]
     with pytest.raises(InvalidFeatureError, match="at one place of the curve inner"):
-        resolve_network(curves, joints)
+        join_features(FeatureCurves(curves), joints)
 
 
 def test_a_template_with_closed_features_is_read_back(tmp_path: Path) -> None:

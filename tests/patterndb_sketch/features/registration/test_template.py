@@ -14,9 +14,10 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import (
     ChainStep,
     FeatureChain,
+    FeatureCurves,
     TemplatePart,
     box_template,
-    resolve_network,
+    join_features,
     template_of_name,
 )
 from patterndb_sketch.features.registration.boxes import read_car
@@ -135,7 +136,7 @@ def test_a_curve_that_may_be_missing_is_bridged() -> None:
     del curves["north"]
     # The corners ne and nw are left with a curve each; another says where it ends.
     with pytest.raises(InvalidFeatureError, match="only east ends at ne"):
-        resolve_network(curves, template.joints(list(curves)))
+        join_features(FeatureCurves(curves), template.joints(list(curves)))
     chains = tuple(
         FeatureChain(c.name, c.vertices, (ChainStep("tie", "ne", "nw"),))
         if c.name == "north"
@@ -144,7 +145,7 @@ def test_a_curve_that_may_be_missing_is_bridged() -> None:
     )
     tied = replace(template, chains=chains, bridged=())
     full = curves | {"tie": rim()["north"]}
-    network = resolve_network(full, tied.joints(list(full)))
+    network = join_features(FeatureCurves(full), tied.joints(list(full)))
     places, notes = sample_features(template, network)
     assert notes == ("there is no curve north: a straight line takes its place",)
     line = places[template.chains[2].vertices]

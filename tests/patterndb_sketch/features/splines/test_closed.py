@@ -21,7 +21,7 @@ from patterndb_sketch.features.files.curvesjson import read_curves, write_curves
 from patterndb_sketch.features.files.strokesjson import read_strokes, write_strokes
 from patterndb_sketch.features.fishbone import cut, track_crease
 from patterndb_sketch.features.initial import find_initial_curve, is_ring
-from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
     read_network,
@@ -196,7 +196,7 @@ def test_files_and_sessions_keep_curves_closed(tmp_path: Path) -> None:
     spline = read_network(tmp_path / "polyline.json").curves["rim"]
     assert_smooth(spline)
     assert KDTree(rim()).query(spline.sample(500))[0].max() < 3e-3
-    assert isinstance(read_network(tmp_path / "polyline.json"), DrawnNetwork)
+    assert isinstance(read_network(tmp_path / "polyline.json"), FeatureCurves)
 
 
 def round_price(rows: tuple[int, ...], seam: int, costs: np.ndarray, *rest: object) -> float:
