@@ -419,11 +419,12 @@ def find_closest_places(packed: PackedCurves, reach: float) -> ClosestPlaces:
     gaps = np.linalg.norm(p - q, axis=1)
     product = np.linalg.norm(dp, axis=1) * np.linalg.norm(dq, axis=1)
     sines = np.linalg.norm(np.cross(dp, dq), axis=1) / np.where(product > 0.0, product, 1.0)
-    size = np.linalg.norm(np.diff(packed.points, axis=0), axis=1)[pairs]
-    lengths = packed.along[pairs] + shares * size
+    lengths = packed.along[pairs] + shares * (packed.along[pairs + 1] - packed.along[pairs])
     order = np.argsort(gaps, kind="stable")
     order = order[gaps[order] <= reach]
-    chosen = order[_choose_nearest(packed.curve_of[pairs[order]], lengths[order], size[order])]
+    # Edges differ much in length: what is within the longest of them is one place.
+    longest = np.full(lengths.shape, np.diff(packed.along).max())
+    chosen = order[_choose_nearest(packed.curve_of[pairs[order]], lengths[order], longest[order])]
     return ClosestPlaces(lengths, np.stack([p, q], axis=1), gaps, sines).take(chosen)
 
 
