@@ -62,7 +62,7 @@ _HOME = {
     "Curve": "patterndb_sketch.curvenetwork.network",
     "CurveNetwork": "patterndb_sketch.curvenetwork.network",
     "Cycle": "patterndb_sketch.curvenetwork.network",
-    "Drawing": "patterndb_sketch.curvenetwork.network",
+    "Drawing": "patterndb_sketch.curvenetwork.drawing",
     "InvalidNetworkError": "patterndb_sketch.curvenetwork.network",
     "read_drawing": "patterndb_sketch.surfacing.networkfile",
     "read_network": "patterndb_sketch.surfacing.networkfile",
