@@ -4,13 +4,13 @@
 
 Boundaries have N = 3 to 12 sides of 2 to 10 edges and an even perimeter; the class's arrays
 are warm. Prints a Markdown table a number of sides: median, 95th percentile and maximum
-over the boundaries, with one thread and with two, for any orientation
-(``feasible_rows``) and for all 2N (``feasible_orientations``). Then some of the systems
+over the boundaries, with one thread and with two, for any orientation (``is_feasible`` of
+:class:`query.solving.widths.WidthSolver`) and for all (``find_feasible``). Then some of the systems
 that are not too short for their boundary, chosen at random, are given to CP-SAT one by one: how
 many times as long it takes for one as the kernel for one of its own in the same query, and
-how often the two answers differ. Last, the flow alone
-(:func:`query.solving.halves.find_transport`) beside ``scipy.sparse.csgraph.maximum_flow``, system
-by system: why the own kernel is kept.
+how often the two answers differ. Last, a matching decided
+(rust/query/src/solving/matching.rs) beside ``scipy.sparse.csgraph.maximum_flow``, which decides
+only whether there is one with halves: why the own kernel is kept.
 """
 
 from __future__ import annotations
@@ -28,21 +28,20 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_flow
 
 import patterndb
-from patterndb._native.query.solving.halves import find_transport
+from patterndb._native.query.solving.systems import decide_matching
+from patterndb.core.label import split_word
 from patterndb.core.patternclass import PatternClass
 from query import Boundary
-from query.orientation import list_orientations
-from query.request import PatternFilter
-from query.solving import cpsat
-from query.solving.feasibility import find_feasible_orientations, find_feasible_rows
-from query.solving.systems import Chords
+from query.listing.table import StrictTable, TableEntries, get_strict_table
+from query.solving.systems import systems_of
+from query.solving.widths import WidthSolver, build_width_problem
 
 THREADS = (1, 2)
 
-Ask = Callable[..., NDArray[np.generic]]
+Ask = Callable[..., NDArray[np.bool_]]
 ASKED: tuple[tuple[str, Ask], ...] = (
-    ("any orientation", find_feasible_rows),
-    ("every orientation", find_feasible_orientations),
+    ("any orientation", WidthSolver.is_feasible),
+    ("every orientation", WidthSolver.find_feasible),
 )
 
 
@@ -55,45 +54,60 @@ def random_boundary(chance: random.Random, n_sides: int, low: int, high: int) ->
 
 
 def milliseconds(
-    ask: Ask, patterns: PatternClass, boundary: Boundary, rows: NDArray[np.int64], threads: int
+    ask: Ask, table: StrictTable, boundary: Boundary, entries: TableEntries, threads: int
 ) -> float:
     begin = time.perf_counter()
-    ask(patterns, boundary, rows, threads=threads)
+    solver = WidthSolver(build_width_problem(boundary), threads=threads)
+    ask(solver, table, entries.row, entries.packed)
     return 1000 * (time.perf_counter() - begin)
 
 
-def long_enough(patterns: PatternClass, rows: NDArray[np.int64], boundary: Boundary) -> int:
-    """How many (row, orientation) there are in which no side is too short."""
-    n = boundary.n_sides
-    lengths = np.array([o.seen(boundary)[0] for o in list_orientations(n)])
-    base = patterns.lengths[patterns.signature[rows]]
-    # Over all orientations, the order of a signature's sides does not matter.
-    return sum(int((base <= asked).all(axis=1).sum()) for asked in lengths)
+def long_enough(table: StrictTable, entries: TableEntries, boundary: Boundary) -> int:
+    """How many (row, allowed orientation) there are in which no side is too short."""
+    allowed = np.unpackbits(entries.packed, axis=1, count=entries.n_orientations).view(np.bool_)
+    return int((allowed & _list_long_enough(table, entries, boundary)).sum())
+
+
+def _list_long_enough(
+    table: StrictTable, entries: TableEntries, boundary: Boundary
+) -> NDArray[np.bool_]:
+    """(e, o) bool: is no side too short?"""
+    patterns, n = table.patterns, boundary.n_sides
+    lengths = build_width_problem(boundary).lengths
+    found = np.empty((len(entries), len(lengths)), np.bool_)
+    for at, row in enumerate(entries.row.tolist()):
+        word = patterns.words[patterns.word_start[row] : patterns.word_start[row + 1]]
+        base = [len(side) for side in split_word(word, n)]
+        found[at] = (np.array(base) <= lengths).all(axis=1)
+    return found
 
 
 def beside_cpsat(
     chance: random.Random,
-    patterns: PatternClass,
-    rows: NDArray[np.int64],
+    table: StrictTable,
+    entries: TableEntries,
     boundary: Boundary,
     n_systems: int,
 ) -> tuple[list[float], int]:
     """Milliseconds of CP-SAT for each of some systems, and how often the kernel differs."""
-    fit = find_feasible_orientations(patterns, boundary, rows)
+    problem = build_width_problem(boundary)
+    asked = table, entries.row, entries.packed
+    fit = WidthSolver(problem).find_feasible(*asked)
+    places = np.argwhere(
+        _list_long_enough(table, entries, boundary)
+        & np.unpackbits(entries.packed, axis=1, count=entries.n_orientations).view(np.bool_)
+    ).tolist()
+    cpsat = WidthSolver(problem, threads=1, by_cpsat=True)
     taken: list[float] = []
     differ = 0
-    for _ in range(1000 * n_systems):
-        if len(taken) == n_systems:
-            break
-        at = chance.randrange(len(rows))
-        which = chance.randrange(fit.shape[1])
-        lengths = list_orientations(boundary.n_sides)[which].seen(boundary)[0]
-        chords = Chords.from_label(patterns.pattern(int(rows[at])).label)
-        if (chords.base_lengths() > lengths).any():
-            continue
+    for at, which in chance.sample(places, min(n_systems, len(places))):
+        allowed = np.zeros((1, entries.n_orientations), np.bool_)
+        allowed[0, which] = True
+        packed = np.packbits(allowed, axis=1)
         begin = time.perf_counter()
-        differ += cpsat.is_feasible(chords, lengths) != fit[at, which]
+        answer = cpsat.is_feasible(table, entries.row[at : at + 1], packed)
         taken.append(1000 * (time.perf_counter() - begin))
+        differ += bool(answer[0] != fit[at, which])
     return taken, differ
 
 
@@ -102,6 +116,7 @@ def beside_scipy(
 ) -> tuple[float, float, int]:
     """(kernel, scipy) median microseconds for the flow of a system, and how often they differ."""
     n = boundary.n_sides
+    systems = systems_of(patterns)
     lengths = np.array(boundary.lengths, np.int32)
     base = patterns.lengths[patterns.signature]
     fit = patterns.signature[(base <= lengths).all(axis=1)]
@@ -111,11 +126,8 @@ def beside_scipy(
     for s in chance.choices(fit.tolist(), k=n_systems) if len(fit) else ():
         slack = (lengths - patterns.lengths[s]).astype(np.int32)
         joined = patterns.joins[s] > 0
-        i, j = (ends.astype(np.int32) for ends in np.nonzero(np.triu(joined)))
-        closed, flow = np.zeros(len(i), np.bool_), np.empty((2, len(i)), np.int32)
-        find_transport(slack, i, j, len(i), closed, flow)  # compiles
         begin = time.perf_counter()
-        met = find_transport(slack, i, j, len(i), closed, flow)
+        met, cut = decide_matching(systems, s, slack)
         kernel.append(time.perf_counter() - begin)
         # From a source to the sides, from these to the copies, from these to a sink.
         a, b = np.nonzero(joined)
@@ -128,7 +140,8 @@ def beside_scipy(
         graph = csr_array((capacity, (tail, head)), shape=(2 * n + 2, 2 * n + 2))
         found = maximum_flow(graph, 2 * n, 2 * n + 1).flow_value == whole
         other.append(time.perf_counter() - begin)
-        differ += bool(found != met)
+        # Without a cut, there is a matching with halves.
+        differ += bool(found != (met or not cut))
     if not kernel:
         return 0.0, 0.0, 0
     return 1e6 * statistics.median(kernel), 1e6 * statistics.median(other), differ
@@ -155,28 +168,33 @@ def main() -> None:
     with patterndb.open(arguments.db) as database:
         for n in arguments.sides:
             patterns = database.pattern_class(n)
+            table = get_strict_table(patterns)
             asked = [
                 random_boundary(chance, n, *arguments.lengths) for _ in range(arguments.boundaries)
             ]
-            rows = PatternFilter().choose_rows(patterns, asked[0])
-            fitting = [len(find_feasible_rows(patterns, b, rows)) for b in asked]
+            entries = table.entries(asked[0], np.ones(len(patterns), np.bool_))
+            fitting = [
+                WidthSolver(build_width_problem(b))
+                .is_feasible(table, entries.row, entries.packed)
+                .sum()
+                for b in asked
+            ]
             for name, ask in ASKED:
-                ask(patterns, asked[0], rows)  # compiles
                 times = {
-                    t: [milliseconds(ask, patterns, b, rows, t) for b in asked] for t in THREADS
+                    t: [milliseconds(ask, table, b, entries, t) for b in asked] for t in THREADS
                 }
                 cells = [
                     f"{statistics.median(ms):.1f}, {np.percentile(ms, 95):.1f}, {max(ms):.1f}"
                     for ms in times.values()
                 ]
                 ratio, differ = "", ""
-                if ask is find_feasible_orientations and arguments.systems:
-                    one = times[1][0] / max(long_enough(patterns, rows, asked[0]), 1)
-                    taken, wrong = beside_cpsat(chance, patterns, rows, asked[0], arguments.systems)
+                if ask is WidthSolver.find_feasible and arguments.systems:
+                    one = times[1][0] / max(long_enough(table, entries, asked[0]), 1)
+                    taken, wrong = beside_cpsat(chance, table, entries, asked[0], arguments.systems)
                     ratio = f"{statistics.median(taken) / one:,.0f}" if taken else "none"
                     differ = f"{wrong} of {len(taken)}"
                 print(
-                    f"| {n} | {len(rows):,} | {statistics.median(fitting):,.0f} | {name} | "
+                    f"| {n} | {len(entries):,} | {statistics.median(fitting):,.0f} | {name} | "
                     f"{' | '.join(cells)} | {ratio} | {differ} |",
                     flush=True,
                 )

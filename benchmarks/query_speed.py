@@ -23,12 +23,9 @@ import numpy as np
 import patterndb
 from patterndb.store import Database
 from query import Boundary, Fill, Stroke, fills
-from query.ending import NEVER
 from query.listing.table import get_strict_table
 from query.placing import find_strand
-from query.solving import cpsat
-from query.solving.batch import pose_question
-from query.solving.feasibility import find_feasible_orientations
+from query.solving.widths import WidthSolver, build_width_problem
 
 SIDES = range(3, 13)
 SHORTEST, LONGEST = 2, 10
@@ -84,19 +81,21 @@ def cpsat_ratio(database: Database, seed: int, each: int) -> tuple[float, float,
         patterns = database.pattern_class(boundary.n_sides)
         table = get_strict_table(patterns)
         rows = np.arange(len(patterns))
+        n_orientations = 2 * boundary.n_sides
+        every = np.packbits(np.ones((len(rows), n_orientations), np.bool_), axis=1)
+        problem = build_width_problem(boundary)
         ms, found = timed(
-            lambda p=patterns, b=boundary, r=rows: find_feasible_orientations(p, b, r)
+            lambda t=table, q=problem, r=rows, e=every: WidthSolver(q).find_feasible(t, r, e)
         )
-        kernel += ms / (len(rows) * 2 * boundary.n_sides)
+        kernel += ms / (len(rows) * n_orientations)
         at = chance.randrange(len(patterns))
-        o = chance.randrange(2 * boundary.n_sides)
-        allowed = np.zeros((1, 2 * boundary.n_sides), np.bool_)
+        o = chance.randrange(n_orientations)
+        allowed = np.zeros((1, n_orientations), np.bool_)
         allowed[0, o] = True
-        question = pose_question(boundary, (), 0)
+        packed = np.packbits(allowed, axis=1)
+        solver = WidthSolver(problem, threads=1, by_cpsat=True)
         ms, answer = timed(
-            lambda t=table, a=at, w=allowed, q=question: cpsat.keep_carriers(
-                t.labels, np.array([a]), w, q, NEVER, 1
-            )
+            lambda s=solver, t=table, a=at, w=packed: s.find_feasible(t, np.array([a]), w)
         )
         other += ms
         tried += 1

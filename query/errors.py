@@ -10,8 +10,8 @@ class InvalidQueryError(PatternDBError, ValueError):
     """An option of a query, or the widths of an expansion, are not what they must be."""
 
 
-class QueryEndedError(PatternDBError, RuntimeError):
-    """A query was ended while it looked for its next fill. A list of fills catches it and ends."""
+class QueryCancelledError(PatternDBError, RuntimeError):
+    """A query was cancelled while it searched. A list of fills catches it and ends."""
 
 
 class SolverError(PatternDBError, RuntimeError):

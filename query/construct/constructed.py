@@ -18,9 +18,9 @@ from patterndb._native.query.identity import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
+from query.cancellation import NEVER, CancelFlag, raise_if_cancelled
 from query.construct.plan import Lookup, Plan, carry_out_plan, count_least
 from query.construct.planner import Planner
-from query.ending import NEVER, EndFlag, refuse_if_ended
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.identity import hash_quads
@@ -53,7 +53,7 @@ def construct_fills(
     strict: bool = False,
     limit: int | None = None,
     grid_only: bool = False,
-    cancelled: EndFlag = NEVER,
+    cancelled: CancelFlag = NEVER,
 ) -> Iterator[Fill]:
     """Fills that are put together for a boundary, best first.
 
@@ -65,7 +65,7 @@ def construct_fills(
     Its own fill of the whole boundary is not listed: whoever has the lookup has that.
     grid_only: no more than the grid, which takes no search.
 
-    Raises InvalidQueryError for a limit below 1, QueryEndedError while one iterates once
+    Raises InvalidQueryError for a limit below 1, QueryCancelledError while one iterates once
     ``cancelled`` is set.
     """
     if limit is not None and limit < 1:
@@ -94,7 +94,7 @@ def _list_fills(
     listed = 0
     while listed != limit:
         while waiting and (not ready or waiting[-1][0] <= ready[0].n_irregular):
-            refuse_if_ended(planner.cancelled)
+            raise_if_cancelled(planner.cancelled)
             outcome = _outcome(waiting.pop()[2], welder)
             if outcome is None or outcome.key in seen:
                 continue

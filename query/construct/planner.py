@@ -11,6 +11,7 @@ from bisect import bisect_left
 from collections.abc import Iterator
 
 from query.boundary import Boundary
+from query.cancellation import NEVER, CancelFlag, raise_if_cancelled
 from query.construct import trim
 from query.construct.parts import find_best_rectangle
 from query.construct.plan import (
@@ -23,7 +24,6 @@ from query.construct.plan import (
     drop_corners,
 )
 from query.construct.prolong import find_prolongations
-from query.ending import NEVER, EndFlag, refuse_if_ended
 
 #: Random choices of corners that follow the even ones.
 RANDOM_CHOICES = 100
@@ -106,11 +106,11 @@ PROLONGED = (8, 2, 1)
 class Planner:
     """Plans for one query. It remembers what it has asked the lookup.
 
-    Once ``cancelled`` is set, its methods raise QueryEndedError: with a hundred sides and reflex
-    corners, half of them, they search for half a minute.
+    Once ``cancelled`` is set, its methods raise QueryCancelledError: with a hundred sides and
+    reflex corners, half of them, they search for half a minute.
     """
 
-    def __init__(self, lookup: Lookup, cancelled: EndFlag = NEVER) -> None:
+    def __init__(self, lookup: Lookup, cancelled: CancelFlag = NEVER) -> None:
         self.cancelled = cancelled
         self._lookup = lookup
         self._parts: dict[tuple[Boundary, bool], TablePart | None] = {}
@@ -180,7 +180,7 @@ class Planner:
         for at, keep in enumerate(choose_corners(boundary, self._lookup.max_sides)):
             if good == wanted or (at >= tries and found):
                 break
-            refuse_if_ended(self.cancelled)
+            raise_if_cancelled(self.cancelled)
             turn, outline = drop_corners(boundary, keep)
             part = self._part(outline, False)
             if part is not None:
@@ -207,7 +207,7 @@ class Planner:
         # Gauss-Bonnet, with valences 3 and 5.
         expected = abs(sum(2 - k for k in boundary.corner_counts) - 4)
         for ample, rank in WAYS[:ways]:
-            refuse_if_ended(self.cancelled)
+            raise_if_cancelled(self.cancelled)
             stages = trim.trim_outline(
                 boundary, ample, rank, self._lookup.max_sides, drop=not strict
             )
@@ -229,7 +229,7 @@ class Planner:
         """The plan with fewest irregular vertices, or the first with at most ``enough``."""
         best: tuple[int, trim.Trimmed, TablePart] | None = None
         for stage in stages:
-            refuse_if_ended(self.cancelled)
+            raise_if_cancelled(self.cancelled)
             rest = self._part(stage.rest, strict)
             if rest is not None and (best is None or rest.count + stage.cost < best[0]):
                 best = (rest.count + stage.cost, stage, rest)
@@ -241,7 +241,7 @@ class Planner:
         """Reflex corners taken away by chords that prolong a side through them."""
         if boundary.convex:
             return []
-        refuse_if_ended(self.cancelled)
+        raise_if_cancelled(self.cancelled)
         most = PROLONGED[min(depth, len(PROLONGED) - 1)]
         found: list[Plan] = []
         for cut in find_prolongations(boundary, most):

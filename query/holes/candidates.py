@@ -42,7 +42,7 @@ from query.listing.lane import More, Search, search_table
 from query.listing.ranking import Listing, Ranking
 from query.listing.table import get_strict_table
 from query.request import NO_DOUBLETS, PatternFilter
-from query.solving.batch import pose_question
+from query.solving.widths import WidthSolver, build_width_problem
 from query.stroke import Stroke
 
 #: Fills without irregular vertices inside: how many are listed of the most probable closed walks,
@@ -430,13 +430,10 @@ class HoleSearch:
             self._listings[key] = Ranking(True, False).list_entries(table, entries)
         search = Search(
             boundary=boundary,
-            question=pose_question(boundary, (), 0),
+            solver=WidthSolver(build_width_problem(boundary), threads=1),
             ranking=Ranking(True, False),
             keep=2,
             n_loops=0,
-            cancelled=np.zeros(1, np.uint8),
-            by_cpsat=False,
-            threads=1,
         )
         count = 0
         for step in search_table(table, self._listings[key], search, 0):

@@ -165,4 +165,4 @@ def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
     """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
     if not strokes:
         return 0
-    return count_edges_off(fill, strokes, search.question.tolerance)
+    return count_edges_off(fill, strokes, search.solver.problem.tolerance)

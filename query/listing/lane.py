@@ -16,11 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from query.boundary import Boundary
+from query.cancellation import CancelFlag
 from query.fill import Fill
 from query.listing.ranking import Listing, Rank, Ranking
-from query.listing.table import Table, TableEntries
-from query.solving import cpsat
-from query.solving.batch import OFF, Question, keep_carriers, solve_rows
+from query.listing.table import Table
+from query.solving.widths import OFF, WidthSolver
 
 
 def list_loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:
@@ -134,27 +134,28 @@ class Fit:
 class Search:
     """What all lanes of a query need to know.
 
+    solver:    of the width problem of the boundary and strokes.
     keep:      fits of one row that are looked for at first.
     n_loops:   loop strokes.
-    cancelled: (1,) uint8, 1 once nobody waits for the answer any more.
-    by_cpsat:  solve with CP-SAT instead of the compiled core.
     least_off: fits whose strands miss the strokes by fewer edges are left out.
     """
 
     boundary: Boundary
-    question: Question
+    solver: WidthSolver
     ranking: Ranking
     keep: int
     n_loops: int
-    cancelled: NDArray[np.uint8]
-    by_cpsat: bool
-    threads: int | None
     least_off: int = 0
 
     @property
     def strokes(self) -> bool:
         """Are there strokes that end on the boundary?"""
-        return self.question.flows.shape[1] > 0
+        return self.solver.problem.has_strokes
+
+    @property
+    def cancelled(self) -> CancelFlag:
+        """The flag that another thread sets once nobody waits for the answer any more."""
+        return self.solver.cancelled
 
 
 def search_table(table: Table, listing: Listing, search: Search, least: int) -> Iterator[Step]:
@@ -173,7 +174,8 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
         last = min(at + size, len(listing))
         after = listing.rank(last, 0, -1) if last < len(listing) else None
         places = np.arange(at, last)
-        allowed = find_feasible(table, listing.entries.take(slice(at, last)), search)
+        entries = listing.entries.take(slice(at, last))
+        allowed = search.solver.find_feasible(table, entries.row, entries.packed)
         at, size = last, min(size * GROWTH, MOST_ROWS)
         some = allowed.any(axis=1)
         hits, allowed = places[some], allowed[some]
@@ -189,37 +191,6 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
             near = hits[begin:end], allowed[begin:end]
             found = _fits(table, listing, *near, search, search.keep, 0)
             yield Step(found, bound)
-
-
-def find_feasible(
-    table: Table, entries: TableEntries, search: Search, *, once: bool = False
-) -> NDArray[np.bool_]:
-    """(e, o) the orientations in which lengths are met and strands can lie on the strokes.
-
-    once: some of them, where there are any.
-    """
-    if search.by_cpsat:
-        return cpsat.keep_carriers(
-            table.labels,
-            entries.row,
-            entries.allowed,
-            search.question,
-            search.cancelled,
-            search.threads,
-        )
-    found = table.feasible(entries, search.boundary, search.cancelled, search.threads)
-    if search.strokes:
-        some = np.flatnonzero(found.any(axis=1))
-        found[some] = keep_carriers(
-            table.labels,
-            entries.row[some],
-            found[some],
-            search.question,
-            search.cancelled,
-            search.threads,
-            once=once,
-        )
-    return found
 
 
 def _fits(
@@ -238,20 +209,7 @@ def _fits(
     """
     rows = listing.entries.row[hits]
     solve_most = keep * table.copies(rows)
-    if search.by_cpsat:
-        solved = cpsat.solve_rows(
-            table.labels, rows, allowed, search.question, solve_most, search.cancelled
-        )
-    else:
-        solved = solve_rows(
-            table.labels,
-            rows,
-            allowed,
-            search.question,
-            solve_most,
-            search.cancelled,
-            search.threads,
-        )
+    solved = search.solver.find_best(table.labels, rows, allowed, solve_most)
     found: list[Found] = []
     ends = np.searchsorted(solved.row, np.arange(len(hits) + 1)).tolist()
     widths = solved.widths.tolist()

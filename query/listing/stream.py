@@ -19,8 +19,8 @@ import numpy as np
 from patterndb.errors import TimeLimitError
 from patterndb.system.deadline import Alarm, begin_task, end_by, get_deadline
 from patterndb.system.requests import list_options
-from query.ending import EndFlag, refuse_if_ended, wait_unless_ended
-from query.errors import QueryEndedError
+from query.cancellation import CancelFlag, raise_if_cancelled, wait_unless_cancelled
+from query.errors import QueryCancelledError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
@@ -32,7 +32,6 @@ from query.listing.lane import (
     More,
     Search,
     Step,
-    find_feasible,
     search_table,
 )
 from query.listing.orders import ORDERS, Measure
@@ -48,8 +47,7 @@ from query.listing.table import (
 )
 from query.recognise import reread_fill
 from query.request import FillRequest, admits
-from query.solving.batch import Question, pose_question
-from query.solving.feasibility import find_feasible_rows
+from query.solving.widths import WidthProblem, WidthSolver, build_width_problem
 
 #: Variants of a fill that are counted unless told otherwise.
 MOST_COUNTED = 25
@@ -108,7 +106,7 @@ class Fills(Iterator[Fill]):
         self._deadline = math.inf
         self._alarm: Alarm | None = None
         self._begun = False
-        self._questions: dict[int, Question] = {}
+        self._problems: dict[int, WidthProblem] = {}
         self._source = self._ordered()
 
     def __iter__(self) -> Fills:
@@ -154,7 +152,7 @@ class Fills(Iterator[Fill]):
                 return None
             try:
                 count = self._count_feasible()
-            except (QueryEndedError, TimeLimitError):
+            except (QueryCancelledError, TimeLimitError):
                 return None
             return None if self._cancelled[0] else count
 
@@ -162,13 +160,21 @@ class Fills(Iterator[Fill]):
         q = self._query
         table = get_strict_table(q.patterns)
         entries = self._entries(table)
-        search = self._search(1, False)
-        if search.strokes or search.by_cpsat:
-            return int(find_feasible(table, entries, search, once=True).any(axis=1).sum())
-        rows = find_feasible_rows(
-            q.patterns, q.boundary, entries.row, threads=q.request.threads, cancel=self._cancelled
+        solver = self._solver(q.request.tolerance)
+        return int(solver.is_feasible(table, entries.row, entries.packed).sum())
+
+    def _solver(self, tolerance: int) -> WidthSolver:
+        """The solver of the widths; tolerance: edges that a strand's end may be off."""
+        q, asked = self._query, self._query.request
+        if tolerance not in self._problems:
+            problem = build_width_problem(q.boundary, asked.strokes, tolerance)
+            self._problems[tolerance] = problem
+        return WidthSolver(
+            self._problems[tolerance],
+            cancelled=self._cancelled,
+            threads=asked.threads,
+            by_cpsat=asked.solver == "cp-sat",
         )
-        return len(rows)
 
     @property
     def reason(self) -> str | None:
@@ -347,7 +353,7 @@ class Fills(Iterator[Fill]):
 
         return Alarm(moment, ring)
 
-    def _time_out(self, flag: EndFlag) -> None:
+    def _time_out(self, flag: CancelFlag) -> None:
         self.stopped = self.stopped or "time limit"
         flag[0] = 1
 
@@ -388,7 +394,7 @@ class Fills(Iterator[Fill]):
             return measure(fill, q.boundary, asked.strokes, asked.tolerance)
         # One that is placed takes a second, in which nothing looks at the flag.
         task = begin_task(partial(measure, fill, q.boundary, asked.strokes, asked.tolerance))
-        return task.result() if wait_unless_ended(task, self._cancelled) else None
+        return task.result() if wait_unless_cancelled(task, self._cancelled) else None
 
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
         """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
@@ -457,11 +463,11 @@ class Fills(Iterator[Fill]):
 
     def _merged(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
         """The fills of all lanes that the sieve lets pass, by rank."""
-        with suppress(QueryEndedError):
+        with suppress(QueryCancelledError):
             yield from self._merge_lanes(search, sieve)
 
     def _merge_lanes(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
-        refuse_if_ended(self._cancelled)
+        raise_if_cancelled(self._cancelled)
         lanes = [step for step in map(_Ahead, self._lanes(search)) if step.bound is not None]
         waiting: list[tuple[Rank, int, Candidate | More]] = []
         number = 0
@@ -520,7 +526,7 @@ class Fills(Iterator[Fill]):
             return  # neither the family nor what is constructed has such corners
         if q.request.wants(FAMILY) or q.request.wants(LEARNED):
             # Making the table takes a third of a second where the database was just opened.
-            refuse_if_ended(self._cancelled)
+            raise_if_cancelled(self._cancelled)
             table = get_relaxed_table(q.patterns, q.frequencies)
             least = table.least(q.boundary, q.request.max_boundary_irregular)
             if least is not None:
@@ -575,19 +581,13 @@ class Fills(Iterator[Fill]):
         """worth: see :class:`Ranking`. tolerance: None for the query's."""
         q = self._query
         most = min((n for n in (wanted, q.most_looked_at) if n is not None), default=None)
-        off = q.request.tolerance if tolerance is None else tolerance
-        if off not in self._questions:
-            self._questions[off] = pose_question(q.boundary, q.request.strokes, off)
         return Search(
             boundary=q.boundary,
-            question=self._questions[off],
+            solver=self._solver(q.request.tolerance if tolerance is None else tolerance),
             ranking=Ranking(artist, q.request.use_counts, worth),
             # One more than is asked for tells whether there are more.
             keep=FIRST_KEPT if most is None else min(most + 1, FIRST_KEPT),
             n_loops=sum(s.is_loop for s in q.request.strokes),
-            cancelled=self._cancelled,
-            by_cpsat=q.request.solver == "cp-sat",
-            threads=q.request.threads,
             least_off=least_off,
         )
 
@@ -679,7 +679,7 @@ class _Sieve:
         """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
         return self.cut and self._is_full(pattern_id)
 
-    def make_fill(self, candidate: Candidate, ended: EndFlag) -> Fill | None:
+    def make_fill(self, candidate: Candidate, ended: CancelFlag) -> Fill | None:
         """Make the fill; None where it is not to be listed, or the search is ended meanwhile."""
         q = self._query
         if self.is_done_with(candidate.pattern_id):
@@ -720,7 +720,7 @@ class _Sieve:
         most = self._query.most_looked_at
         return most is not None and self._of_pattern[pattern_id] >= most
 
-    def _is_known(self, fill: Fill, ended: EndFlag) -> bool:
+    def _is_known(self, fill: Fill, ended: CancelFlag) -> bool:
         """Was the fill listed before? Also True where the search is ended meanwhile."""
         while self._passed:
             if ended[0]:

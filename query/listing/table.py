@@ -28,8 +28,8 @@ from query.marks.marked import MarkedClass, load_marked_family, mark_patterns
 from query.marks.markplaces import MOST_SLOTS
 from query.marks.patterntable import PatternTable
 from query.orientation import list_chord_symmetries, list_corners_seen, list_orientations
-from query.solving.batch import Labels
-from query.solving.feasibility import find_feasible_orientations, find_met_lengths
+from query.solving.systems import SignatureRows
+from query.solving.widths import Labels
 
 #: Ids (k,) int64 -> the patches (k,) int64 in which these patterns were seen.
 Frequencies = Callable[[NDArray[np.int64]], NDArray[np.int64]]
@@ -47,8 +47,9 @@ class TableEntries:
     row:       (e,) int64 row of the table.
     n_irregular: (e,) int32 irregular vertices in all, the same in all allowed orientations.
     n_irregular_boundary: (e,) int32 those of them on the boundary.
-    packed:    (e, ceil(o / 8)) uint8, ``allowed``, eight to a byte: a query keeps some million
-               entries for each order, and looks at few of them.
+    packed:    (e, ceil(o / 8)) uint8, the allowed orientations as np.packbits packs them,
+               without those that the pattern's own symmetries make equal: a query keeps some
+               million entries for each order, and looks at few of them.
     n_orientations: o.
     """
 
@@ -60,12 +61,6 @@ class TableEntries:
 
     def __len__(self) -> int:
         return len(self.row)
-
-    @property
-    def allowed(self) -> NDArray[np.bool_]:
-        """(e, o) bool, the orientations, without those that the pattern's own symmetries make
-        equal."""
-        return _unpack(self.packed, self.n_orientations)
 
     def take(self, at: NDArray[np.int64] | NDArray[np.bool_] | slice) -> TableEntries:
         """Those of the entries, in that order."""
@@ -85,7 +80,7 @@ def _unpack(packed: NDArray[np.uint8], n: int) -> NDArray[np.bool_]:
 class Table(Protocol):
     """Rows that a boundary can be matched with.
 
-    labels:    of the rows.
+    labels, signatures: of the rows, see :class:`query.solving.widths.WidthTable`.
     ids, frequency, uses: (r,) int64 of the rows' patterns; frequency is 0 for those that no
                mesh has shown.
     n_meshes:  (r,) int32 meshes in which the rows' patterns were seen.
@@ -95,6 +90,7 @@ class Table(Protocol):
     """
 
     labels: Labels
+    signatures: SignatureRows
     ids: NDArray[np.int64]
     frequency: NDArray[np.int64]
     uses: NDArray[np.int64]
@@ -109,16 +105,6 @@ class Table(Protocol):
 
     def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> TableEntries:
         """The rows that pass (r,) and have corners that the boundary may take."""
-        ...
-
-    def feasible(
-        self,
-        entries: TableEntries,
-        boundary: Boundary,
-        cancelled: NDArray[np.uint8],
-        threads: int | None,
-    ) -> NDArray[np.bool_]:
-        """(e, o) those of the allowed orientations in which the lengths can be met."""
         ...
 
     def pattern(self, row: int) -> Pattern:
@@ -151,6 +137,7 @@ class StrictTable:
         self.patterns = patterns
         n = max(patterns.n_sides, 1)
         self.labels = Labels(n, patterns.words, patterns.word_start)
+        self.signatures = patterns
         self.ids = patterns.ids
         self.frequency = patterns.frequency
         self.uses = patterns.uses
@@ -183,18 +170,6 @@ class StrictTable:
             rows, packed = rows[some], np.packbits(allowed[some], axis=1)
         zeros = np.zeros(len(rows), np.int32)
         return TableEntries(rows, patterns.n_irregular[rows], zeros, packed, n_orientations)
-
-    def feasible(
-        self,
-        entries: TableEntries,
-        boundary: Boundary,
-        cancelled: NDArray[np.uint8],
-        threads: int | None,
-    ) -> NDArray[np.bool_]:
-        found = find_feasible_orientations(
-            self.patterns, boundary, entries.row, threads=threads, cancel=cancelled
-        )
-        return found & entries.allowed
 
     def fill(
         self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
@@ -258,6 +233,7 @@ class RelaxedTable:
         patterns, of = marked.patterns, marked.pattern
         seen = patterns.frequency if frequencies is None else frequencies(patterns.ids)
         self.labels = Labels(marked.n_sides, marked.label, marked.label_start)
+        self.signatures = marked
         self.ids = patterns.ids[of]
         self.frequency = seen[of]
         self.uses = np.zeros(len(marked), np.int64)
@@ -314,18 +290,6 @@ class RelaxedTable:
             np.concatenate([p.packed for p in parts]),
             len(every),
         )
-
-    def feasible(
-        self,
-        entries: TableEntries,
-        boundary: Boundary,
-        cancelled: NDArray[np.uint8],
-        threads: int | None,
-    ) -> NDArray[np.bool_]:
-        found = find_met_lengths(
-            self.marked, boundary, entries.row, threads=threads, cancel=cancelled
-        )
-        return found & entries.allowed
 
     def least(self, boundary: Boundary, cap: int | None) -> int | None:
         """The fewest irregular vertices of a fill with at most ``cap`` on the boundary.

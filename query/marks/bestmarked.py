@@ -64,6 +64,11 @@ class MarkedIndex:
     component: Int16Array
     colour: Int16Array
 
+    @property
+    def base(self) -> Int32Array:
+        """(s, N) int32 the least length of every side of each signature."""
+        return self.marked.lengths
+
     @classmethod
     def of(cls, marked: MarkedClass, rows: NDArray[np.bool_] | None = None) -> MarkedIndex:
         """rows: (r,) bool, the rows of the table that may be used (default: all).
@@ -155,38 +160,21 @@ def find_best_marked(
         )
     counts = np.array((2,) if closed else boundary.corner_counts, np.int32)
     lengths = np.array(boundary.lengths, np.int32)
-    at, o, total, on_boundary, slack = find_best_row(
-        lengths,
-        counts,
-        cap,
-        -1 if most is None else most,
-        marked.lengths,
-        index.start,
-        index.unmarked,
-        index.signature,
-        index.counts,
-        index.convex,
-        index.reflex,
-        index.class_start,
-        index.class_i,
-        index.class_j,
-        index.component,
-        index.colour,
-    )
+    at, o, total, on_boundary, slack = find_best_row(index, lengths, counts, cap, most)
     if at < 0:
         return None
     row = int(index.row[at])
-    first = int(index.class_start[index.signature[at]])
-    last = int(index.class_start[index.signature[at] + 1])
+    signature = index.signature[at]
+    classes = slice(index.class_start[signature], index.class_start[signature + 1])
     widths = spread_strand_widths(
-        marked.label[marked.label_start[row] : marked.label_start[row + 1]],
-        int(marked.rotation[row]),
-        bool(marked.reflected[row]),
-        index.class_i[first:last],
-        index.class_j[first:last],
-        index.class_n[first:last],
+        (
+            marked.label[marked.label_start[row] : marked.label_start[row + 1]],
+            int(marked.rotation[row]),
+            bool(marked.reflected[row]),
+            marked.n_sides,
+        ),
+        (index.class_i[classes], index.class_j[classes], index.class_n[classes]),
         slack,
-        marked.n_sides,
     )
     return BestMarked(
         row=row,

@@ -1,7 +1,6 @@
-"""Widths that make patterns meet lengths and strokes: by the compiled core, or by CP-SAT.
+"""Widths that make patterns meet lengths and strokes: an integer program for each pattern.
 
-Read systems (what is to be solved), sieve (what need not be), strokes (what strokes make of
-a system), feasibility and batch (all patterns of a class at once), solve (one pattern) and cpsat
-(the same by a general solver). The matching itself is in rust/query/src/solving: halves and
-matching (is there a solution, and which are there) and evenness (the best of them).
+:class:`query.solving.widths.WidthSolver` solves it. Below it, feasibility answers for whole classes
+of patterns by their lengths alone, on the linear systems of systems, and cpsat is a second, general
+solver that the compiled core is held to.
 """

@@ -1,7 +1,8 @@
-"""The same systems by OR-Tools CP-SAT: the second opinion that the compiled core is held to.
+"""The width problem by OR-Tools CP-SAT: a second solver that the compiled core is held to.
 
-Every model runs with one worker: enumerate_all_solutions with several workers loses and
-repeats solutions, and reports OPTIMAL all the same. Systems run side by side instead.
+:class:`query.solving.widths.WidthSolver` calls it where it is asked for. Every model runs with one
+worker: enumerate_all_solutions with several workers loses and repeats solutions, and reports
+OPTIMAL all the same. Systems run side by side instead.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import itertools
 import os
 import threading
+from bisect import bisect_right
 from collections.abc import Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
@@ -16,16 +18,15 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.label import split_word
 from patterndb.system.deadline import LOOK_SECONDS, begin_task
 from patterndb.system.extras import require_extra
-from query.ending import NEVER, EndFlag, refuse_if_ended, wait_unless_ended
-from query.errors import InvalidQueryError, SolverError
-from query.solving.batch import OFF, BestFits, Labels, Question
-from query.solving.solve import NO_FLOWS, OrientedStrokes, Solutions
-from query.solving.systems import Chords
+from query.cancellation import CancelFlag, raise_if_cancelled, wait_unless_cancelled
+from query.errors import SolverError
+from query.solving.widths import OFF, BestWidths, Labels, WidthProblem, WidthSolver
 
 
 def _cp_model() -> Any:
@@ -38,6 +39,41 @@ def _cp_model() -> Any:
 
 #: Systems that threads are given at a time.
 HANDED_OVER = 256
+
+
+@dataclass(frozen=True, slots=True)
+class _Pattern:
+    """The open polychords of one pattern, in label order.
+
+    edges: the polychord that crosses each edge of the boundary when all widths are 1, side by side.
+    side_start: where each side begins in ``edges``, and where the last ends.
+    ends:  the two edges, ascending, of each polychord.
+    """
+
+    edges: list[int]
+    side_start: list[int]
+    ends: list[tuple[int, int]]
+
+    @classmethod
+    def of_row(cls, labels: Labels, row: int) -> _Pattern:
+        """From the label of a row."""
+        word = labels.words[labels.start[row] : labels.start[row + 1]]
+        label = split_word(word, labels.n_sides)
+        edges = [chord for side in label for chord in side]
+        at: dict[int, list[int]] = {}
+        for place, chord in enumerate(edges):
+            at.setdefault(chord, []).append(place)
+        ends = [(at[chord][0], at[chord][1]) for chord in range(len(at))]
+        return cls(edges, [0, *itertools.accumulate(map(len, label))], ends)
+
+    def side_of(self, edge: int) -> int:
+        """The side that an edge is on."""
+        return bisect_right(self.side_start, edge) - 1
+
+    @property
+    def sides(self) -> list[tuple[int, int]]:
+        """The two sides that each polychord joins."""
+        return [(self.side_of(first), self.side_of(second)) for first, second in self.ends]
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,27 +94,24 @@ class Carrier:
 class _Model:
     """Widths of the open polychords, with the sides' lengths as constraints."""
 
-    def __init__(
-        self, chords: Chords, lengths: NDArray[np.int64], cancelled: EndFlag = NEVER
-    ) -> None:
+    def __init__(self, pattern: _Pattern, lengths: list[int], cancelled: CancelFlag) -> None:
+        self.pattern = pattern
+        self.lengths = lengths
         self.cancelled = cancelled
         self.cp = _cp_model()
         self.model = self.cp.CpModel()
-        self.most = [max(1, int(lengths[i])) for i, _ in chords.sides]
-        self.x = [self.model.new_int_var(1, top, f"x{c}") for c, top in enumerate(self.most)]
-        ends: list[list[Any]] = [[] for _ in range(chords.n_sides)]
-        for x, (i, j) in zip(self.x, chords.sides, strict=True):
+        sides = pattern.sides
+        most = [max(1, lengths[i]) for i, _ in sides]
+        self.x = [self.model.new_int_var(1, top, f"x{c}") for c, top in enumerate(most)]
+        ends: list[list[Any]] = [[] for _ in lengths]
+        for x, (i, j) in zip(self.x, sides, strict=True):
             ends[i].append(x)
             ends[j].append(x)
-        for side, length in zip(ends, lengths.tolist(), strict=True):
+        for side, length in zip(ends, lengths, strict=True):
             self.model.add(sum(side) == length)
 
     def add_strokes(
-        self,
-        chords: Chords,
-        lengths: list[int],
-        flows: OrientedStrokes,
-        carriers: tuple[Carrier, ...],
+        self, strokes: Int32Array, tolerance: int, carriers: tuple[Carrier, ...]
     ) -> None:
         """Strands 1 wide on the strokes: the paper's x_q = x_q0 + 1 + x_q1, and what follows.
 
@@ -86,8 +119,8 @@ class _Model:
         """
         parts: dict[int, list[Any]] = {}
         off: list[Any] = []
-        model, edges, most = self.model, chords.edges.tolist(), max(lengths)
-        for s, (carrier, row) in enumerate(zip(carriers, flows.rows.tolist(), strict=True)):
+        model, edges, most = self.model, self.pattern.edges, max(self.lengths)
+        for s, (carrier, row) in enumerate(zip(carriers, strokes.tolist(), strict=True)):
             chord = edges[carrier.first]
             if chord not in parts:
                 parts[chord] = [
@@ -101,43 +134,23 @@ class _Model:
                 reverse = at == max(carrier.first, carrier.second)
                 rank = carrier.of - 1 - carrier.rank if reverse else carrier.rank
                 own = parts[chord][::-1] if reverse else parts[chord]
-                before = sum(self.x[c] for c in edges[chords.side_start[side] : at])
-                d = model.new_int_var(-flows.tolerance, flows.tolerance, f"d{s}-{at}")
+                before = sum(self.x[c] for c in edges[self.pattern.side_start[side] : at])
+                d = model.new_int_var(-tolerance, tolerance, f"d{s}-{at}")
                 model.add(before + sum(own[: rank + 1]) + rank - d == edge)
                 off.append(d)
         self.x = [*self.x, *off]
 
-    def add_key(self) -> Any:
-        """A variable for the sum of the squared widths."""
-        squares: list[Any] = []
-        for c, (x, top) in enumerate(zip(self.x, self.most, strict=True)):
-            square = self.model.new_int_var(1, top**2, f"s{c}")
-            self.model.add_multiplication_equality(square, [x, x])
-            squares.append(square)
-        key = self.model.new_int_var(0, sum(top**2 for top in self.most), "key")
-        self.model.add(key == sum(squares))
-        return key
-
-    def enumerate(self, limit: int | None) -> list[tuple[int, ...]]:
-        """All solutions, or the first ``limit`` that turn up."""
+    def enumerate(self) -> list[tuple[int, ...]]:
+        """All solutions."""
         found: list[tuple[int, ...]] = []
         variables = self.x
 
         class Collect(self.cp.CpSolverSolutionCallback):
             def on_solution_callback(self) -> None:
                 found.append(tuple(self.value(x) for x in variables))
-                if limit is not None and len(found) >= limit:
-                    self.stop_search()
 
         self._solve(Collect(), every=True)
         return found
-
-    def value_of(self, objective: Any) -> int | None:
-        """The least value of the objective, or None where there is no solution."""
-        self.model.minimize(objective)
-        solver, status = self._solve(None, every=False)
-        self.model.clear_objective()
-        return None if status == self.cp.INFEASIBLE else solver.value(objective)
 
     def is_feasible(self) -> bool:
         """Is there any solution?"""
@@ -151,13 +164,13 @@ class _Model:
         solver.parameters.catch_sigint_signal = False
         solving = begin_task(partial(solver.solve, self.model, callback))
         try:
-            ended = not wait_unless_ended(solving, self.cancelled)
+            cancelled = not wait_unless_cancelled(solving, self.cancelled)
         except BaseException:
             _leave(solver, solving)
             raise
-        if ended:
+        if cancelled:
             _leave(solver, solving)
-        refuse_if_ended(self.cancelled)
+        raise_if_cancelled(self.cancelled)
         status = solving.result()
         if status not in (self.cp.OPTIMAL, self.cp.FEASIBLE, self.cp.INFEASIBLE):
             raise SolverError(f"CP-SAT stopped with status {solver.status_name(status)}")
@@ -179,84 +192,17 @@ def _leave(solver: Any, solving: Future[Any]) -> None:
     threading.Thread(target=stop, name="patterndb-stop", daemon=True).start()
 
 
-def find_solutions(
-    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: OrientedStrokes = NO_FLOWS
-) -> Solutions:
-    """As :func:`query.solving.solve.find_solutions`, solution for solution.
-
-    Where there are more than ``limit``, all solutions of each key are listed, smallest
-    key first, until there are enough: slow where many solutions are equally even. With
-    strokes all solutions are listed always, once for every assignment.
-    """
-    if limit is not None and limit < 1:
-        raise InvalidQueryError(f"limit is {limit}; ask for at least 1, or None for all")
-    wanted = np.asarray(lengths, np.int64)
-    if len(flows.rows):
-        return _with_flows(chords, wanted, limit, flows)
-    found = _Model(chords, wanted).enumerate(None if limit is None else limit + 1)
-    truncated = False
-    if limit is not None and len(found) > limit:
-        truncated = True
-        found = []
-        above = 0
-        while len(found) < limit:
-            model = _Model(chords, wanted)
-            key = model.add_key()
-            model.model.add(key > above)
-            least = model.value_of(key)
-            assert least is not None, "more solutions than the limit were found before"
-            model.model.add(key == least)
-            found += model.enumerate(None)
-            above = least
-    found.sort(key=lambda widths: (sum(x * x for x in widths), widths))
-    rows = np.array(found[:limit], np.int32).reshape(-1, chords.n)
-    return Solutions(rows, truncated)
-
-
-def _with_flows(
-    chords: Chords, lengths: NDArray[np.int64], limit: int | None, flows: OrientedStrokes
-) -> Solutions:
-    """The best of the solutions, by edges off, then evenness."""
-    least = _least_off(chords, lengths, flows)
-    ranked = sorted(least, key=lambda widths: (least[widths], sum(x * x for x in widths), widths))
-    rows = np.array(ranked[:limit], np.int32).reshape(-1, chords.n)
-    return Solutions(rows, limit is not None and len(ranked) > limit)
-
-
-def _least_off(
-    chords: Chords,
-    lengths: NDArray[np.int64],
-    flows: OrientedStrokes,
-    cancelled: EndFlag = NEVER,
-) -> dict[tuple[int, ...], int]:
-    """The solutions of every assignment of strokes to strands, with the fewest edges off."""
-    least: dict[tuple[int, ...], int] = {}
-    n = chords.n
-    for carriers in _assignments(chords, flows):
-        refuse_if_ended(cancelled)
-        model = _Model(chords, lengths, cancelled)
-        model.add_strokes(chords, lengths.tolist(), flows, carriers)
-        for values in model.enumerate(None):
-            off = sum(map(abs, values[n:]))
-            least[values[:n]] = min(off, least.get(values[:n], off))
-    return least
-
-
-def _assignments(chords: Chords, flows: OrientedStrokes) -> Iterator[tuple[Carrier, ...]]:
+def _list_assignments(pattern: _Pattern, strokes: Int32Array) -> Iterator[tuple[Carrier, ...]]:
     """Every way to give each stroke a polychord that joins its sides, and each polychord an
     order of its strokes."""
-    side_of = np.repeat(np.arange(chords.n_sides), np.diff(chords.side_start)).tolist()
-    ends: list[list[int]] = [[] for _ in range(chords.n)]
-    for at, chord in enumerate(chords.edges.tolist()):
-        ends[chord].append(at)
     choices = [
         [
             (first, second)
-            for pair in ends
+            for pair in pattern.ends
             for first, second in (pair, pair[::-1])
-            if (side_of[first], side_of[second]) == (a, b)
+            if (pattern.side_of(first), pattern.side_of(second)) == (a, b)
         ]
-        for a, _, b, _ in flows.rows.tolist()
+        for a, _, b, _ in strokes.tolist()
     ]
     for chosen in itertools.product(*choices):
         pairs = sorted({(min(pair), max(pair)) for pair in chosen})
@@ -281,56 +227,42 @@ def _list_orders(groups: list[list[int]]) -> Iterator[tuple[tuple[int, ...], ...
             yield (order, *others)
 
 
-def is_feasible(
-    chords: Chords,
-    lengths: ArrayLike,
-    flows: OrientedStrokes = NO_FLOWS,
-    cancelled: EndFlag = NEVER,
-) -> bool:
-    """As :func:`query.solving.solve.is_feasible`.
-
-    Raises QueryEndedError once the flag ``cancelled`` (1,) is 1.
-    """
-    wanted = np.asarray(lengths, np.int64)
-    if not len(flows.rows):
-        return _Model(chords, wanted, cancelled).is_feasible()
-    for carriers in _assignments(chords, flows):
-        refuse_if_ended(cancelled)
-        model = _Model(chords, wanted, cancelled)
-        model.add_strokes(chords, wanted.tolist(), flows, carriers)
-        if model.is_feasible():
-            return True
-    return False
+def _list_models(
+    pattern: _Pattern, problem: WidthProblem, orientation: int, cancelled: CancelFlag
+) -> Iterator[_Model]:
+    """A model for every assignment of the strokes to strands; one where there are no strokes."""
+    lengths, strokes = problem.lengths[orientation].tolist(), problem.strokes[orientation]
+    if not len(strokes):
+        yield _Model(pattern, lengths, cancelled)
+        return
+    for carriers in _list_assignments(pattern, strokes):
+        raise_if_cancelled(cancelled)
+        model = _Model(pattern, lengths, cancelled)
+        model.add_strokes(strokes, problem.tolerance, carriers)
+        yield model
 
 
-def keep_carriers(
-    labels: Labels,
-    rows: NDArray[np.int64],
-    allowed: NDArray[np.bool_],
-    question: Question,
-    cancelled: EndFlag,
-    threads: int | None = None,
+def filter_feasible(
+    solver: WidthSolver, labels: Labels, rows: NDArray[np.int64], allowed: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
-    """As :func:`query.solving.batch.keep_carriers`; a millisecond or so for every system.
+    """Do :meth:`WidthSolver.find_feasible`, with the orientations (r, o) bool; a millisecond or so
+    for every system.
 
-    Cancelled, it raises QueryEndedError.
+    Cancelled, it raises QueryCancelledError.
     """
+    cancelled = solver.cancelled
 
     def fits(at: tuple[int, int]) -> bool:
-        refuse_if_ended(cancelled)
-        r, o = at
-        chords = _chords(labels, int(rows[r]))
-        return is_feasible(
-            chords,
-            question.lengths[o],
-            OrientedStrokes(question.flows[o], question.tolerance),
-            cancelled,
-        )
+        raise_if_cancelled(cancelled)
+        row, orientation = at
+        pattern = _Pattern.of_row(labels, int(rows[row]))
+        models = _list_models(pattern, solver.problem, orientation, cancelled)
+        return any(model.is_feasible() for model in models)
 
     result = allowed.copy()
     places = [(r, o) for r, o in np.argwhere(allowed).tolist()]
     found: list[bool] = []
-    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(solver.threads or os.cpu_count() or 1) as pool:
         try:
             # All at once would take long to hand over, and to take back.
             while len(found) < len(places):
@@ -342,54 +274,41 @@ def keep_carriers(
     return result
 
 
-def solve_rows(
+def list_best(
+    solver: WidthSolver,
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
-    question: Question,
     keep: int,
-    cancelled: EndFlag,
-) -> BestFits:
-    """As :func:`query.solving.batch.solve_rows`; lists every solution before it takes the best.
+) -> BestWidths:
+    """Do :meth:`WidthSolver.find_best`; lists every solution before it takes the best.
 
-    Cancelled, it raises QueryEndedError.
+    Cancelled, it raises QueryCancelledError.
     """
     found: list[tuple[int, int, tuple[int, ...], int]] = []
     for r, row in enumerate(rows.tolist()):
-        chords = _chords(labels, row)
+        pattern = _Pattern.of_row(labels, row)
+        sides = pattern.sides
         of_row: list[tuple[int, tuple[int, ...], int]] = []
         for o in np.flatnonzero(allowed[r]).tolist():
-            flows = OrientedStrokes(question.flows[o], question.tolerance)
-            weight = question.weights[o][chords.sides[:, 0], chords.sides[:, 1]].tolist()
-            wanted = question.lengths[o].astype(np.int64)
-            for widths, off in _all(chords, wanted, flows, cancelled):
-                key = off * OFF + sum(w * x * x for w, x in zip(weight, widths, strict=True))
-                of_row.append((key, widths, o))
+            weights = [int(solver.problem.weights[o, i, j]) for i, j in sides]
+            # The fewest edges that each of the widths is off.
+            least: dict[tuple[int, ...], int] = {}
+            for model in _list_models(pattern, solver.problem, o, solver.cancelled):
+                for values in model.enumerate():
+                    widths, off = values[: len(sides)], sum(map(abs, values[len(sides) :]))
+                    least[widths] = min(off, least.get(widths, off))
+            for widths, off in least.items():
+                squares = (w * x * x for w, x in zip(weights, widths, strict=True))
+                of_row.append((off * OFF + sum(squares), widths, o))
         found += [(r, key, widths, o) for key, widths, o in sorted(of_row)[:keep]]
     longest = max((len(widths) for _, _, widths, _ in found), default=0)
     table = np.zeros((len(found), longest), np.int32)
     for at, (_, _, widths, _) in enumerate(found):
         table[at, : len(widths)] = widths
-    return BestFits(
+    return BestWidths(
         row=np.array([r for r, _, _, _ in found], np.int64),
         key=np.array([key for _, key, _, _ in found], np.int64),
         orientation=np.array([o for _, _, _, o in found], np.int32),
         widths=table,
     )
-
-
-def _all(
-    chords: Chords,
-    lengths: NDArray[np.int64],
-    flows: OrientedStrokes,
-    cancelled: EndFlag,
-) -> list[tuple[tuple[int, ...], int]]:
-    """All widths, and the edges that each is off the strokes."""
-    if len(flows.rows):
-        return list(_least_off(chords, lengths, flows, cancelled).items())
-    return [(widths, 0) for widths in _Model(chords, lengths, cancelled).enumerate(None)]
-
-
-def _chords(labels: Labels, row: int) -> Chords:
-    word = labels.words[labels.start[row] : labels.start[row + 1]]
-    return Chords.from_label(split_word(word, labels.n_sides))

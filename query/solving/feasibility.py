@@ -1,29 +1,37 @@
-"""Which patterns of a class fit a boundary, and in which orientations.
+"""Which patterns of a class fit a boundary by its lengths alone, and in which orientations.
 
 Whether lengths can be met depends on a pattern's signature and on the orientation alone. Each is
-one system. A sieve refuses most of them, all orientations of a signature together
-(:mod:`query.solving.sieve`); parity may refuse others
-(:func:`query.solving.systems.is_balanced`); a flow decides the rest
-(rust/query/src/solving/matching.rs), and what one orientation fails by, others of the same
-system often do. Marcias et al. 2015, section 4, solve one integer program a pattern.
+one system. A sieve rejects most of them, all orientations of a signature together; parity and Hall
+conditions may reject others; a flow decides the rest, and the cut that one orientation fails by,
+others of the same system often fail by as well (rust/query/src/solving/feasibility.rs). Marcias et
+al. 2015, section 4, solve one integer program a pattern.
+
+The sieve has two conditions. A side of a pattern can be no shorter than its base length, and its
+neighbours together must be longer than theirs by as much as it is, since a polychord takes as much
+from one end as from the other:
+
+    lengths_i >= base_i
+    sum of lengths_j - lengths_i >= sum of base_j - base_i, over the sides j that i is joined to
+
+The right-hand sides are the pattern's, the left-hand ones the boundary's: the first depends on the
+side alone, the second on the side and its neighbours, a *claim*
+(:class:`query.solving.systems.Systems`). A class of 20,000 patterns of 12 sides has some 3,000 of
+these, so that a query works all left-hand sides out once, a byte for each *lane*, which is a way in
+which a pattern can see the boundary, and compares eight lanes at a time
+(rust/query/src/solving/sieve.rs).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.solving.feasibility import mark
-from patterndb._native.query.solving.sieve import compare_pairs, state_claims
+from patterndb._native.query.solving.feasibility import mark, pack_lengths, state_claims
 from patterndb.core.halfedge import Int32Array, Int64Array
-from patterndb.core.patternclass import PatternClass
-from query.boundary import Boundary
-from query.orientation import list_corners_seen, list_sides_seen
-from query.solving.batch import share_out
-from query.solving.sieve import LANES, mark_lanes, pack_lengths
-from query.solving.systems import SignedRows, systems_of
+from query.cancellation import CancelFlag, share_out
+from query.solving.systems import SignatureRows, Systems, systems_of
 
 #: Patterns that a thread takes at a time: a millisecond of work or less, so that all
 #: threads end together, and so much that handing it over costs nothing.
@@ -35,170 +43,123 @@ MOST_SHARES = 64
 #: Claims likewise.
 CLAIMS_PER_THREAD = 4096
 
+#: Lanes in a word.
+LANES = 8
 
-Flag = NDArray[np.uint8]
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Lanes:
+    """The different ways in which a signature can see a boundary, for the compiled core.
 
-class FeasibilityQuery(NamedTuple):
-    """What is asked of a class, for the compiled core.
-
-    lengths: (n, w) int32, a *lane* for each different way in which a signature sees the boundary.
-    compared: what they are to base lengths, of :func:`query.solving.sieve.compare_pairs`.
-    marks:   (g,) the words of all lanes.
-    stated:  (k, g) words, what the boundary has for every claim.
-    kinds:   (n, N) int32 quads at the corners in each lane; corner s is where side s of the
-             signature begins.
-    lane:    (2 N,) int32 the lane of each orientation.
-    perimeter: edges around the boundary.
-    convex:  do corners not matter?
+    lengths:  (n, w) int32, of every lane.
+    lane_of:  (o,) int32 the lane of each orientation.
+    marks:    (g,) int64 words with the highest bit of every lane.
+    compared: int64 words, the lengths compared with all base lengths.
     """
 
     lengths: Int32Array
-    compared: Int64Array
+    lane_of: Int32Array
     marks: Int64Array
-    stated: Int64Array
-    kinds: Int32Array
-    lane: Int32Array
-    perimeter: int
-    convex: bool
+    compared: Int64Array
 
-
-def _distinct(boundary: Boundary) -> tuple[Int32Array, Int32Array, Int32Array]:
-    """The boundary as a signature sees it, once per orientation that looks different.
-
-    Returns ((d, max(N, 1)) int32 lengths, (d, N) int32 quads at the corners, (2N,) int32 which
-    of these rows each orientation is).
-    """
-    lengths = np.array(boundary.lengths, np.int32)[list_sides_seen(max(boundary.n_sides, 1))]
-    counts = np.array(boundary.corner_counts, np.int32)[list_corners_seen(boundary.n_sides)]
-    rows = np.concatenate([lengths, counts.reshape(len(lengths), boundary.n_sides)], axis=1)
-    number: dict[bytes, int] = {}
-    which = np.array([number.setdefault(row.tobytes(), len(number)) for row in rows], np.int32)
-    rows = rows[np.unique(which, return_index=True)[1]]
-    width = len(boundary.lengths)
-    return (
-        np.ascontiguousarray(rows[:, :width]),
-        np.ascontiguousarray(rows[:, width:]),
-        which,
-    )
-
-
-def find_feasible_rows(
-    patterns: PatternClass,
-    boundary: Boundary,
-    rows: NDArray[np.int64],
-    *,
-    threads: int | None = None,
-    cancel: Flag | None = None,
-) -> NDArray[np.int64]:
-    """Those of the rows, in order, whose pattern fits the boundary strictly.
-
-    rows: (r,) int64 row numbers of the class; each must have as many reflex corners as the
-    boundary. threads: at most so many (default: one a processor); the result does not
-    depend on it. cancel: (1,) uint8; once another thread makes it other than 0, the call
-    ends within a fraction of a millisecond, and rows not looked at count as unfit.
-    """
-    fits = np.zeros((len(rows), 1), np.bool_)
-    corners = None if boundary.convex else patterns.corners[rows]
-    _answer(patterns, boundary, rows, corners, False, threads, cancel, fits)
-    return rows[fits[:, 0]]
-
-
-def find_feasible_orientations(
-    patterns: PatternClass,
-    boundary: Boundary,
-    rows: NDArray[np.int64],
-    *,
-    threads: int | None = None,
-    cancel: Flag | None = None,
-) -> NDArray[np.bool_]:
-    """(r, o) bool: in which orientations the patterns in these rows fit strictly.
-
-    o = 2 max(N, 1), in the order of :func:`query.orientation.list_orientations`; none is left
-    out for a symmetry of the pattern. Where the boundary has reflex corners, those of the
-    pattern must fall on them. Arguments as in :func:`find_feasible_rows`.
-    """
-    fits = np.zeros((len(rows), 2 * max(patterns.n_sides, 1)), np.bool_)
-    corners = None if boundary.convex else patterns.corners[rows]
-    _answer(patterns, boundary, rows, corners, True, threads, cancel, fits)
-    return fits
-
-
-def find_met_lengths(
-    rows_of: SignedRows,
-    boundary: Boundary,
-    rows: NDArray[np.int64],
-    *,
-    threads: int | None = None,
-    cancel: Flag | None = None,
-) -> NDArray[np.bool_]:
-    """As :func:`find_feasible_orientations`, of all that has signatures, whatever the corners."""
-    fits = np.zeros((len(rows), 2 * rows_of.lengths.shape[1]), np.bool_)
-    _answer(rows_of, boundary, rows, None, True, threads, cancel, fits)
-    return fits
-
-
-def _answer(
-    patterns: SignedRows,
-    boundary: Boundary,
-    rows: NDArray[np.int64],
-    corners: NDArray[np.uint8] | None,
-    every: bool,
-    threads: int | None,
-    cancel: Flag | None,
-    fits: NDArray[np.bool_],
-) -> None:
-    """Set ``fits``: (r, 2N), or with ``every`` False (r, 1), does any orientation fit?
-
-    corners: (r, N) quads at the rows' corners, or None where they do not matter.
-    """
-    systems = systems_of(patterns)
-    lengths, kinds, lane = _distinct(boundary)
-    compared, marks = compare_pairs(pack_lengths(lengths)), mark_lanes(len(lengths))
-    stated = np.zeros((len(systems.claimant), len(marks) * LANES), np.uint8)
-    seen = np.ascontiguousarray(lengths.T)
-    flag = np.zeros(1, np.uint8) if cancel is None else cancel
-    claim, near_first, near = systems.graphs[3:]
-    of_claims = seen, systems.claimant, near_first, near
-    # Few rows make few of the claims.
-    if len(rows) * claim.shape[1] < len(stated):
-        state_claims(*of_claims, claim[patterns.signature[rows]].ravel(), 0, stated)
-    else:
-        claims = np.arange(len(stated), dtype=np.int32)
-
-        def state(first: int) -> None:
-            last = first + CLAIMS_PER_THREAD
-            state_claims(*of_claims, claims[first:last], first, stated[first:last])
-
-        share_out(state, range(0, len(claims), CLAIMS_PER_THREAD), threads)
-    query = FeasibilityQuery(
-        lengths,
-        compared,
-        marks,
-        stated.view("<i8"),
-        kinds,
-        lane,
-        boundary.perimeter,
-        corners is None,
-    )
-    if corners is None:
-        corners = np.zeros((0, 0), np.uint8)
-
-    share = max(ROWS_PER_THREAD, len(rows) // MOST_SHARES)
-
-    def run(first: int) -> None:
-        last = first + share
-        mark(
-            systems,
-            query,
-            rows[first:last],
-            patterns.signature,
-            patterns.rotation,
-            patterns.reflected,
-            corners[first:last],
-            every,
-            flag,
-            fits[first:last],
+    @classmethod
+    def of_lengths(cls, lengths: Int32Array) -> Lanes:
+        """Of the lengths (o, w) in every orientation."""
+        number: dict[bytes, int] = {}
+        which = np.array(
+            [number.setdefault(row.tobytes(), len(number)) for row in lengths], np.int32
         )
+        different = lengths[np.unique(which, return_index=True)[1]]
+        return cls(different, which, *pack_lengths(different))
 
-    share_out(run, range(0, len(rows), share), threads)
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PatternRows:
+    """Some rows of a class, for the compiled core.
+
+    rows: (r,) int64. signature, rotation, reflected: of all rows, see
+    :class:`query.solving.systems.SignatureRows`. allowed: (r, ceil(o / 8)) uint8 packed.
+    """
+
+    rows: NDArray[np.int64]
+    signature: Int32Array
+    rotation: Int32Array
+    reflected: NDArray[np.bool_]
+    allowed: NDArray[np.uint8]
+
+
+class LengthTest:
+    """Finds the patterns that can meet the lengths of one boundary.
+
+    lengths: (o, w) int32 in every orientation. Once ``cancelled`` is set, a call ends within a
+    fraction of a millisecond, and rows not looked at count as unfit.
+    """
+
+    def __init__(self, lengths: Int32Array, cancelled: CancelFlag, threads: int | None) -> None:
+        self._lanes = Lanes.of_lengths(lengths)
+        self._seen = np.ascontiguousarray(self._lanes.lengths.T)
+        self._cancelled = cancelled
+        self._threads = threads
+        # The claims stated for the systems that were last asked about.
+        self._stated: tuple[Systems, NDArray[np.uint8]] | None = None
+
+    def find(
+        self,
+        patterns: SignatureRows,
+        rows: NDArray[np.int64],
+        allowed: NDArray[np.uint8],
+        *,
+        once: bool = False,
+    ) -> NDArray[np.bool_]:
+        """(r, o) bool: the allowed orientations in which lengths can be met.
+
+        With ``once`` (r, 1) bool: can they in any?
+
+        allowed: (r, ceil(o / 8)) uint8, orientations as np.packbits packs them.
+        """
+        fits = np.zeros((len(rows), 1 if once else len(self._lanes.lane_of)), np.bool_)
+        systems = systems_of(patterns)
+        stated = self._state_claims(systems, patterns.signature, rows)
+        share = max(ROWS_PER_THREAD, len(rows) // MOST_SHARES)
+
+        def run(first: int) -> None:
+            some = slice(first, first + share)
+            mark(
+                systems,
+                self._lanes,
+                stated,
+                PatternRows(
+                    rows[some],
+                    patterns.signature,
+                    patterns.rotation,
+                    patterns.reflected,
+                    allowed[some],
+                ),
+                self._cancelled,
+                fits[some],
+            )
+
+        share_out(run, range(0, len(rows), share), self._threads)
+        return fits
+
+    def _state_claims(
+        self, systems: Systems, signature: Int32Array, rows: NDArray[np.int64]
+    ) -> Int64Array:
+        """(k, g) words, what the boundary has for every claim of the rows."""
+        if self._stated is None or self._stated[0] is not systems:
+            size = (len(systems.claimant), len(self._lanes.marks) * LANES)
+            self._stated = systems, np.zeros(size, np.uint8)
+        stated = self._stated[1]
+        # Few rows make few of the claims.
+        if len(rows) * systems.claim.shape[1] < len(stated):
+            claims = systems.claim[signature[rows]].ravel()
+            state_claims(systems, self._seen, claims, 0, stated)
+        else:
+            every = np.arange(len(stated), dtype=np.int32)
+
+            def state(first: int) -> None:
+                some = slice(first, first + CLAIMS_PER_THREAD)
+                state_claims(systems, self._seen, every[some], first, stated[some])
+
+            share_out(state, range(0, len(every), CLAIMS_PER_THREAD), self._threads)
+        return stated.view("<i8")

@@ -25,7 +25,7 @@ from query.errors import InvalidQueryError
 from query.identity import is_mesh
 from query.listing.filters import explain_impossible
 from query.request import NO_DOUBLETS, PatternFilter
-from query.solving import batch, feasibility
+from query.solving import feasibility, widths
 from tests.support.query.cases import (
     LEARNED,
     Answer,
@@ -187,7 +187,7 @@ def test_cpsat_gives_the_same_list(boundary: tuple[int, ...]) -> None:
 
 
 def test_the_list_does_not_depend_on_threads(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(batch, "ROWS_PER_THREAD", 1)
+    monkeypatch.setattr(widths, "ROWS_PER_THREAD", 1)
     monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 5)
     for boundary, mode in product(some_boundaries(20), (LEARNED, ANYTHING)):
         lists = [

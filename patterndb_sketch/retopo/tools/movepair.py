@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,8 +25,7 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
 from query.identity import is_mesh
 from query.placing.laplace import HeldQuads
-from query.solving.solve import find_solutions
-from query.solving.systems import Chords
+from query.solving.widths import Labels, WidthProblem, WidthSolver
 
 #: One step changes the width of a polychord by this much at most. Circuits of a graph, which the
 #: least changes are, pass an edge twice at most.
@@ -141,7 +141,7 @@ class _MovingPair:
             pair.astype(np.int32),
             vertices[pair],
             drag / np.linalg.norm(drag),
-            find_least_changes(Chords.from_label(pattern.label)),
+            find_least_changes(pattern.label),
             LEAST * float(np.linalg.norm(edge, axis=1).mean()),
         )
 
@@ -161,14 +161,19 @@ class _MovingPair:
         return best
 
 
-def find_least_changes(chords: Chords) -> Int32Array:
+def find_least_changes(label: Sequence[Sequence[int]]) -> Int32Array:
     """(c, n) changes of open polychords' widths that leave all sides as long, least squares first.
 
-    No sum of two of the same signs is among them: it is made by one after the other. They are
-    sought among the MOST_CHANGES least ones that change no width by more than REACH.
+    label: per side, the polychord that crosses each edge. No sum of two of the same signs is among
+    them: it is made by one after the other. They are sought among the MOST_CHANGES least ones that
+    change no width by more than REACH.
     """
     room = REACH + 1
-    found = find_solutions(chords, room * chords.base_lengths(), MOST_CHANGES).widths - room
+    lengths = np.array([room * len(side) for side in label], np.int32)
+    solver = WidthSolver(WidthProblem.of_lengths(lengths))
+    one = np.zeros(1, np.int64)
+    best = solver.find_best(Labels.of_pattern(label), one, np.ones((1, 1), np.bool_), MOST_CHANGES)
+    found = best.widths - room
     kept: list[Int32Array] = []
     for change in found[(np.abs(found) <= REACH).all(axis=1) & found.any(axis=1)]:
         parts = (
@@ -178,7 +183,7 @@ def find_least_changes(chords: Chords) -> Int32Array:
         )
         if next(parts, None) is None:
             kept.append(change)
-    return np.array(kept, np.int32).reshape(-1, chords.n)
+    return np.array(kept, np.int32).reshape(-1, found.shape[1])
 
 
 def _lay(

@@ -9,16 +9,16 @@ import pytest
 
 from patterndb.core.pattern import Pattern
 from query import Boundary
-from query.ending import NEVER
 from query.listing.table import get_strict_table
 from query.request import PatternFilter
-from query.solving import cpsat, feasibility
-from query.solving.batch import pose_question
-from query.solving.systems import Chords
+from query.solving import feasibility
+from query.solving.widths import WidthSolver, build_width_problem
 from tests.support.query.cases import (
     KIND,
+    Chords,
     all_orientations,
     brute_force,
+    find_rows,
     grid_widths,
     laid_corners,
     laid_lengths,
@@ -71,7 +71,7 @@ def test_the_class_answers_as_its_patterns_would(n_sides: int) -> None:
     some = 0
     for boundary in boundaries(n_sides, chance, 12, 5):
         rows = PatternFilter().choose_rows(patterns, boundary)
-        fit = set(feasibility.find_feasible_rows(patterns, boundary, rows, threads=1).tolist())
+        fit = set(find_rows(get_strict_table(patterns), boundary, rows, 1).tolist())
         tried = rows.tolist() if len(rows) < 60 else chance.sample(rows.tolist(), 60)
         for row in tried:
             assert (row in fit) == fits_somehow(patterns.pattern(row), boundary)
@@ -85,9 +85,13 @@ def test_cpsat_answers_the_same(n_sides: int) -> None:
     for boundary in boundaries(n_sides, random.Random(n_sides), 5, 7):
         table = get_strict_table(patterns)
         entries = table.entries(boundary, np.ones(len(patterns), np.bool_))
-        kernel = table.feasible(entries, boundary, np.zeros(1, np.uint8), None)
-        question = pose_question(boundary, (), 0)
-        other = cpsat.keep_carriers(table.labels, entries.row, entries.allowed, question, NEVER)
+        problem = build_width_problem(boundary)
+        kernel, other = (
+            WidthSolver(problem, by_cpsat=by_cpsat).find_feasible(
+                table, entries.row, entries.packed
+            )
+            for by_cpsat in (False, True)
+        )
         assert other.tolist() == kernel.tolist()
 
 
@@ -98,10 +102,11 @@ def test_the_answer_does_not_depend_on_threads(
     monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 7)
     for n_sides in (5, 8):
         patterns = small_class(n_sides)
+        table = get_strict_table(patterns)
         for boundary in boundaries(n_sides, random.Random(0), 6, 6):
             rows = PatternFilter().choose_rows(patterns, boundary)
-            one = feasibility.find_feasible_rows(patterns, boundary, rows, threads=1)
-            more = feasibility.find_feasible_rows(patterns, boundary, rows, threads=threads)
+            one = find_rows(table, boundary, rows, 1)
+            more = find_rows(table, boundary, rows, threads)
             assert one.tolist() == more.tolist()
 
 
@@ -110,7 +115,7 @@ def test_every_small_disk_makes_its_own_pattern_fit() -> None:
     for boundary in random.Random(3).sample(sorted(small_fills(), key=repr), 300):
         patterns = small_class(boundary.n_sides)
         rows = PatternFilter().choose_rows(patterns, boundary)
-        assert len(feasibility.find_feasible_rows(patterns, boundary, rows)) > 0
+        assert len(find_rows(get_strict_table(patterns), boundary, rows)) > 0
 
 
 def test_filters_bound_number_and_valence() -> None:

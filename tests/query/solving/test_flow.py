@@ -9,20 +9,13 @@ import random
 import numpy as np
 import pytest
 
-from query.solving import cpsat, solve
-from query.solving.solve import OrientedStrokes, Solutions
-from query.solving.systems import Chords
-from tests.support.query.cases import Widths, brute_force
+from tests.support.query.cases import Chords, Strokes, Widths, brute_force, find_widths, is_feasible
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
 SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))
 
 
-def rows(solutions: Solutions) -> list[Widths]:
-    return [tuple(row) for row in solutions.widths.tolist()]
-
-
-def edges_off(chords: Chords, widths: Widths, flows: OrientedStrokes) -> int | None:
+def edges_off(chords: Chords, widths: Widths, flows: Strokes) -> int | None:
     """The fewest edges by which distinct strands miss all strokes, None beyond the tolerance.
 
     By laying the strands out along the boundary, one by one.
@@ -31,7 +24,7 @@ def edges_off(chords: Chords, widths: Widths, flows: OrientedStrokes) -> int | N
     seen: set[int] = set()
     for side in range(chords.n_sides):
         at = 0
-        for chord in chords.edges[chords.side_start[side] : chords.side_start[side + 1]].tolist():
+        for chord in chords.label[side]:
             across = range(widths[chord])
             # The second end sees the strands in reverse.
             for t in reversed(across) if chord in seen else across:
@@ -55,16 +48,14 @@ def edges_off(chords: Chords, widths: Widths, flows: OrientedStrokes) -> int | N
     return min(sums, default=None)
 
 
-def tried(chords: Chords, lengths: list[int], flows: OrientedStrokes) -> list[Widths]:
+def tried(chords: Chords, lengths: list[int], flows: Strokes) -> list[Widths]:
     """All solutions, best first, by trying all widths."""
     off = {w: edges_off(chords, w, flows) for w in brute_force(chords, lengths)}
     kept = [(o, sum(x * x for x in w), w) for w, o in off.items() if o is not None]
     return [w for _, _, w in sorted(kept)]
 
 
-def random_flows(
-    chance: random.Random, most_sides: int
-) -> tuple[Chords, list[int], OrientedStrokes]:
+def random_flows(chance: random.Random, most_sides: int) -> tuple[Chords, list[int], Strokes]:
     """A random label, lengths and strokes; half of the strokes lie on strands of a solution."""
     n_sides = chance.randint(1, most_sides)
     n = chance.randint(1, 6)
@@ -86,9 +77,11 @@ def random_flows(
             c = chance.randrange(n)
             t = chance.randrange(planted[c])
             at: list[int] = []
-            for position in np.flatnonzero(chords.edges == c).tolist():
-                side = int(np.searchsorted(chords.side_start, position, "right")) - 1
-                before = chords.edges[chords.side_start[side] : position].tolist()
+            places = [
+                (s, e) for s, of in enumerate(chords.label) for e, d in enumerate(of) if d == c
+            ]
+            for side, place in places:
+                before = chords.label[side][:place]
                 inside = planted[c] - 1 - t if at else t
                 at += [side, sum(planted[b] for b in before) + inside]
             strokes.append(at if chance.random() < 0.5 else at[2:] + at[:2])
@@ -99,7 +92,7 @@ def random_flows(
     return (
         chords,
         lengths,
-        OrientedStrokes(np.array(strokes, np.int32), chance.choice([0, 1, 1, 2])),
+        Strokes(np.array(strokes, np.int32), chance.choice([0, 1, 1, 2])),
     )
 
 
@@ -112,14 +105,12 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
         expected = tried(chords, lengths, flows)
         solvable += bool(expected)
         several += len(expected) > 1
-        assert rows(solve.find_solutions(chords, lengths, None, flows)) == expected
-        assert rows(cpsat.find_solutions(chords, lengths, None, flows)) == expected
-        assert solve.is_feasible(chords, lengths, flows) == bool(expected)
-        assert cpsat.is_feasible(chords, lengths, flows) == bool(expected)
+        for by_cpsat in (False, True):
+            found = find_widths(chords, lengths, None, flows, by_cpsat=by_cpsat)
+            assert found == expected
+            assert is_feasible(chords, lengths, flows, by_cpsat=by_cpsat) == bool(expected)
         for limit in (1, 2, 5):
-            best = solve.find_solutions(chords, lengths, limit, flows)
-            assert rows(best) == expected[:limit]
-            assert best.truncated == (len(expected) > limit)
+            assert find_widths(chords, lengths, limit, flows) == expected[:limit]
     assert solvable > SYSTEMS // 12
     assert several > SYSTEMS // 40
 
@@ -127,22 +118,20 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
 def test_two_strokes_on_one_polychord_need_two_strands() -> None:
     grid = Chords.from_label(((0,), (1,), (0,), (1,)))
     across = np.array([[0, 1, 2, 1], [0, 1, 2, 1]], np.int32)
-    assert rows(solve.find_solutions(grid, [3, 2, 3, 2], None, OrientedStrokes(across[:1], 0))) == [
-        (3, 2)
-    ]
-    assert not solve.is_feasible(grid, [3, 2, 3, 2], OrientedStrokes(across, 0))
-    assert solve.is_feasible(grid, [3, 2, 3, 2], OrientedStrokes(across, 1))
+    assert find_widths(grid, [3, 2, 3, 2], None, Strokes(across[:1], 0)) == [(3, 2)]
+    assert not is_feasible(grid, [3, 2, 3, 2], Strokes(across, 0))
+    assert is_feasible(grid, [3, 2, 3, 2], Strokes(across, 1))
     at_corners = np.array([[0, 0, 2, 0], [0, 0, 2, 0]], np.int32)
-    assert not solve.is_feasible(grid, [1, 2, 1, 2], OrientedStrokes(at_corners, 3))
+    assert not is_feasible(grid, [1, 2, 1, 2], Strokes(at_corners, 3))
 
 
 def test_the_second_end_sees_strands_in_reverse() -> None:
     grid = Chords.from_label(((0,), (1,), (0,), (1,)))
     for edge in range(5):
         right = np.array([[0, edge, 2, 4 - edge]], np.int32)
-        assert solve.is_feasible(grid, [5, 2, 5, 2], OrientedStrokes(right, 0))
+        assert is_feasible(grid, [5, 2, 5, 2], Strokes(right, 0))
         wrong = np.array([[0, edge, 2, edge]], np.int32)
-        assert solve.is_feasible(grid, [5, 2, 5, 2], OrientedStrokes(wrong, 0)) == (edge == 2)
+        assert is_feasible(grid, [5, 2, 5, 2], Strokes(wrong, 0)) == (edge == 2)
 
 
 def test_the_example_of_the_paper() -> None:
@@ -157,8 +146,8 @@ def test_the_example_of_the_paper() -> None:
     chords = Chords.from_label(((x1, x2, x3, x4), (x4, x2), (x3, x7), (x7, x8), (x8, x1)))
     lengths = [6, 2, 3, 3, 4]
     c, d = (2, 1, 2, 1, 1, 2), (3, 1, 1, 1, 2, 1)
-    assert sorted(rows(solve.find_solutions(chords, lengths))) == [c, d]
+    assert sorted(find_widths(chords, lengths)) == [c, d]
     stroke = np.array([[0, 2, 1, 1]], np.int32)
-    for solver in (solve.find_solutions, cpsat.find_solutions):
-        assert rows(solver(chords, lengths, None, OrientedStrokes(stroke, 0))) == [c]
-        assert rows(solver(chords, lengths, None, OrientedStrokes(stroke, 1))) == [c, d]
+    for by_cpsat in (False, True):
+        assert find_widths(chords, lengths, None, Strokes(stroke, 0), by_cpsat=by_cpsat) == [c]
+        assert find_widths(chords, lengths, None, Strokes(stroke, 1), by_cpsat=by_cpsat) == [c, d]

@@ -10,28 +10,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb._native.query.solving.matching import is_matchable, is_soluble
-from patterndb.core.halfedge import Int32Array
-from query.solving import cpsat, solve
-from query.solving.systems import Chords, make_systems
-from tests.support.query.cases import brute_force
+from patterndb._native.query.solving.systems import decide_matching
+from query.solving.systems import make_systems
+from tests.support.query.cases import Chords, brute_force, find_widths, is_feasible
 
 Edges = list[tuple[int, int]]
 
-#: Rows of the scratch in which a cut is found.
-COPY_BY, QUEUE = 3, 4
 
-
-def decide(w: int, edges: Edges, slack: list[int]) -> tuple[int, Int32Array, Int32Array]:
-    """The result of ``matchable``, its flow or matching, and its scratch."""
+def decide(w: int, edges: Edges, slack: list[int]) -> tuple[bool, list[int]]:
+    """Is there a matching? And the cut, where not even halves would do."""
     joins = np.zeros((1, w, w), np.int32)
     for i, j in edges:
         joins[0, i, j] = joins[0, j, i] = 1
-    graphs = make_systems(np.ones((1, w), np.int32), joins).graphs
-    flow = np.zeros((w, w), np.int32)
-    scratch = np.empty((5, w), np.int32)
-    cut = is_matchable(np.array(slack, np.int32), 0, *graphs, flow, scratch)
-    return cut, flow, scratch
+    systems = make_systems(np.ones((1, w), np.int32), joins)
+    return decide_matching(systems, 0, np.array(slack, np.int32))
 
 
 def tutte(w: int, edges: Edges, slack: list[int]) -> bool:
@@ -62,31 +54,13 @@ def tutte(w: int, edges: Edges, slack: list[int]) -> bool:
 
 
 def check(w: int, edges: Edges, slack: list[int], expected: bool) -> None:
-    cut, flow, scratch = decide(w, edges, slack)
-    assert (cut == 0) == expected
-    m = len(edges)
-    class_i, class_j = np.array(edges, np.int32).reshape(-1, 2).T.copy()
-    need = np.array(slack, np.int32)
-    # Twice the same class, and one that is closed and would help.
-    helpful = np.r_[class_i, class_i[:1], 0].astype(np.int32)
-    helped = np.r_[class_j, class_j[:1], 0].astype(np.int32)
-    closed = np.array([False] * (m + 1) + [True])
-    assert is_soluble(need, helpful, helped, m + 2, closed) == expected
-    if cut > 0:
-        sides = scratch[QUEUE, :cut].tolist()
-        near = {j for e in edges for i, j in (e, e[::-1]) if i in sides}
-        assert near == set(np.flatnonzero(scratch[COPY_BY] >= 0).tolist())
-        assert sum(slack[s] for s in sides) > sum(slack[s] for s in near)
-    if cut == 0:
-        allowed = {e for i, j in edges for e in ((i, j), (j, i))}
-        assert (flow >= 0).all()
-        assert all(flow[i, j] == 0 or (i, j) in allowed for i in range(w) for j in range(w))
-        # A matching after rounding, else a flow; they count what a side sends to itself
-        # once and twice.
-        is_flow = flow.sum(axis=0).tolist() == slack and flow.sum(axis=1).tolist() == slack
-        is_matching = (flow == flow.T).all()
-        is_matching &= (flow.sum(axis=1) + np.diagonal(flow)).tolist() == slack
-        assert is_flow or is_matching
+    found, cut = decide(w, edges, slack)
+    assert found == expected
+    chords = Chords.from_sides(w, edges)
+    assert is_feasible(chords, chords.base_lengths() + np.array(slack)) == expected
+    if cut:
+        near = {j for e in edges for i, j in (e, e[::-1]) if i in cut}
+        assert sum(slack[s] for s in cut) > sum(slack[s] for s in near)
 
 
 def random_graph(chance: random.Random, w: int) -> Edges:
@@ -157,9 +131,9 @@ def test_large_systems_are_decided_as_cpsat_does(seed: int) -> None:
             slack[s] += chance.choice([1, 1, 6])
     slack[0] += sum(slack) % 2
     lengths = chords.base_lengths() + np.array(slack)
-    expected = cpsat.is_feasible(chords, lengths)
-    assert solve.is_feasible(chords, lengths) == expected
-    assert (decide(w, edges, slack)[0] == 0) == expected
+    expected = is_feasible(chords, lengths, by_cpsat=True)
+    assert is_feasible(chords, lengths) == expected
+    assert decide(w, edges, slack)[0] == expected
 
 
 def test_a_search_lists_all_where_few_of_many_branches_have_solutions() -> None:
@@ -167,5 +141,4 @@ def test_a_search_lists_all_where_few_of_many_branches_have_solutions() -> None:
     chords = Chords.from_sides(w, edges)
     for slack in ([3] + [3] * 9, [1] + [3] * 9, [5, *[2, 2, 3] * 3]):
         lengths = (chords.base_lengths() + np.array(slack)).tolist()
-        rows = [tuple(r) for r in solve.find_solutions(chords, lengths, None).widths.tolist()]
-        assert rows == brute_force(chords, lengths)
+        assert find_widths(chords, lengths) == brute_force(chords, lengths)

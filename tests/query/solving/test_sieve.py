@@ -11,46 +11,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from patterndb._native.query.solving.sieve import (
-    compare_pairs,
-    drop_lane,
-    has_lane,
-    sift_system,
-    state_claims,
-)
+from patterndb._native.query.solving.feasibility import sift_systems, state_claims
 from patterndb.core.halfedge import Int32Array
+from query.listing.table import get_strict_table
 from query.request import PatternFilter
 from query.solving import feasibility
-from query.solving.sieve import LANES, mark_lanes, pack_lengths
-from query.solving.systems import LONGEST_BASE, MOST_SURPLUS, Chords, Systems, make_systems
+from query.solving.feasibility import LANES, Lanes
+from query.solving.systems import Systems, make_systems
 from tests.query.solving.test_feasibility import boundaries
-from tests.support.query.cases import brute_force, small_class
+from tests.support.query.cases import Chords, brute_force, find_orientations, small_class
+
+#: Beyond these the sieve cuts off, as in rust/query/src/solving/sieve.rs.
+MOST_SURPLUS, LONGEST_BASE = 127, 15
 
 Joins = NDArray[np.uint8]
 
 
 def passing_lanes(systems: Systems, lengths: Int32Array) -> NDArray[np.bool_]:
     """(rows, lanes) bool: what passes the sieve."""
-    marks, compared = mark_lanes(len(lengths)), compare_pairs(pack_lengths(lengths))
-    stated = np.zeros((len(systems.claimant), len(marks) * LANES), np.uint8)
-    graphs = systems.graphs
+    lanes = Lanes.of_lengths(lengths)
+    stated = np.zeros((len(systems.claimant), len(lanes.marks) * LANES), np.uint8)
     every = np.arange(len(stated), dtype=np.int32)
-    seen = np.ascontiguousarray(lengths.T)
-    state_claims(seen, systems.claimant, graphs.near_first, graphs.near, every, 0, stated)
-    found = np.zeros((len(systems.base), len(lengths)), np.bool_)
-    for row in range(len(found)):
-        left = np.zeros(len(marks), np.int64)
-        words = stated.view(np.int64)
-        some = sift_system(
-            row, systems.pairs, systems.surplus, graphs.claim, marks, compared, words, left
-        )
-        found[row] = [has_lane(left, lane) for lane in range(len(lengths))]
-        assert some == found[row].any()
-        # Lanes that fill up are never left.
-        for lane in np.flatnonzero(found[row]).tolist():
-            drop_lane(left, lane)
-        assert not left.any()
-    return found
+    state_claims(systems, np.ascontiguousarray(lanes.lengths.T), every, 0, stated)
+    found = np.zeros((len(systems.base), len(lanes.lengths)), np.bool_)
+    sift_systems(systems, lanes, stated.view(np.int64), found)
+    return found[:, lanes.lane_of]
 
 
 def meets_conditions(base: Sequence[int], joins: Joins, lengths: Sequence[int]) -> bool:
@@ -136,7 +121,7 @@ def test_claims_are_shared_and_no_two_are_equal(w: int) -> None:
     joins = np.array([draw_joins(chance, w) for _ in range(150 if w < 70 else 5)])
     base = np.array([base_of(one) for one in joins], np.int32)
     made = make_systems(base, joins)
-    graphs = made.graphs
+    graphs = made
     told = [
         (int(s), tuple(graphs.near[a:b].tolist()))
         for s, a, b in zip(
@@ -159,9 +144,10 @@ def test_few_rows_answer_as_all(n_sides: int, monkeypatch: pytest.MonkeyPatch) -
     monkeypatch.setattr(feasibility, "CLAIMS_PER_THREAD", 3)
     monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 50)
     patterns = small_class(n_sides)
+    table = get_strict_table(patterns)
     for boundary in boundaries(n_sides, random.Random(7), 4, 6):
         rows = PatternFilter().choose_rows(patterns, boundary)
-        whole = feasibility.find_feasible_orientations(patterns, boundary, rows, threads=3)
+        whole = find_orientations(table, boundary, rows, threads=3)
         for at in range(0, len(rows), 5):
-            few = feasibility.find_feasible_orientations(patterns, boundary, rows[at : at + 1])
+            few = find_orientations(table, boundary, rows[at : at + 1])
             assert few.tolist() == whole[at : at + 1].tolist()

@@ -10,32 +10,25 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb._native.query.solving.evenness import even_cost
-from patterndb._native.query.solving.matching import count_splits
-from query.errors import InvalidQueryError
-from query.solving import cpsat, solve
-from query.solving.solve import Solutions
-from query.solving.systems import Chords
-from tests.support.query.cases import Widths, brute_force, random_system
+from tests.support.query.cases import (
+    Chords,
+    Widths,
+    brute_force,
+    find_widths,
+    is_feasible,
+    random_system,
+)
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
 SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))
 LIMITS = (1, 2, 3, 5, 20)
 
 
-def rows(solutions: Solutions) -> list[Widths]:
-    return [tuple(row) for row in solutions.widths.tolist()]
-
-
 def assert_best(chords: Chords, lengths: list[int], all_of_them: list[Widths]) -> None:
-    assert solve.is_feasible(chords, lengths) == bool(all_of_them)
-    whole = solve.find_solutions(chords, lengths, None)
-    assert rows(whole) == all_of_them
-    assert not whole.truncated
+    assert is_feasible(chords, lengths) == bool(all_of_them)
+    assert find_widths(chords, lengths) == all_of_them
     for limit in LIMITS:
-        best = solve.find_solutions(chords, lengths, limit)
-        assert rows(best) == all_of_them[:limit]
-        assert best.truncated == (len(all_of_them) > limit)
+        assert find_widths(chords, lengths, limit) == all_of_them[:limit]
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -47,8 +40,8 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
         expected = brute_force(chords, lengths)
         solvable += bool(expected)
         assert_best(chords, lengths, expected)
-        assert rows(cpsat.find_solutions(chords, lengths, None)) == expected
-        assert cpsat.is_feasible(chords, lengths) == bool(expected)
+        assert find_widths(chords, lengths, by_cpsat=True) == expected
+        assert is_feasible(chords, lengths, by_cpsat=True) == bool(expected)
     assert solvable > SYSTEMS // 12
 
 
@@ -64,10 +57,8 @@ def test_cpsat_lists_the_same_best(seed: int) -> None:
     chance = random.Random(seed)
     chords, lengths = random_system(chance, most_sides=3, most_chords=6)
     for limit in (1, 3):
-        kernel = solve.find_solutions(chords, lengths, limit)
-        other = cpsat.find_solutions(chords, lengths, limit)
-        assert rows(kernel) == rows(other)
-        assert kernel.truncated == other.truncated
+        kernel = find_widths(chords, lengths, limit)
+        assert kernel == find_widths(chords, lengths, limit, by_cpsat=True)
 
 
 @pytest.mark.parametrize("seed", range(30))
@@ -85,18 +76,16 @@ def test_long_sides_need_no_list_of_all_solutions(seed: int) -> None:
     chords = Chords.from_sides(n_sides, sides)
     planted = [chance.randint(1, 100) for _ in range(chords.n)]
     lengths = chords.side_lengths(planted)
-    best = solve.find_solutions(chords, lengths, 10)
-    keys = (best.widths.astype(np.int64) ** 2).sum(axis=1)
-    assert (best.widths >= 1).all()
-    assert all((chords.side_lengths(row) == lengths).all() for row in best.widths)
-    assert sorted(zip(keys.tolist(), rows(best), strict=True)) == list(
-        zip(keys.tolist(), rows(best), strict=True)
-    )
-    assert len(set(rows(best))) == len(best.widths)
+    best = find_widths(chords, lengths, 10)
+    keys = [sum(x * x for x in widths) for widths in best]
+    assert all(min(widths) >= 1 for widths in best)
+    assert all((chords.side_lengths(widths) == lengths).all() for widths in best)
+    assert sorted(zip(keys, best, strict=True)) == list(zip(keys, best, strict=True))
+    assert len(set(best)) == len(best)
     assert keys[0] <= sum(x * x for x in planted)
-    longer = solve.find_solutions(chords, lengths, 15)
-    assert rows(longer)[: len(best.widths)] == rows(best)
-    assert best.truncated or rows(longer) == rows(best)
+    longer = find_widths(chords, lengths, 15)
+    assert longer[: len(best)] == best
+    assert len(best) == 10 or longer == best
 
 
 def test_what_only_a_flow_can_refuse_is_refused() -> None:
@@ -105,15 +94,15 @@ def test_what_only_a_flow_can_refuse_is_refused() -> None:
     cross = [(i, j) for i in range(3) for j in (3, 4)] + [(5, j) for j in (3, 4)]
     chords = Chords.from_sides(8, [*cross, (5, 6), (5, 7), (6, 7)])
     slack = np.array([300, 300, 300, 440, 440, 500, 260, 260])
-    assert not solve.is_feasible(chords, chords.base_lengths() + slack)
+    assert not is_feasible(chords, chords.base_lengths() + slack)
     slack = np.array([300, 300, 300, 460, 460, 500, 240, 240])
-    assert solve.is_feasible(chords, chords.base_lengths() + slack)
+    assert is_feasible(chords, chords.base_lengths() + slack)
 
 
 def test_ties_go_to_the_lexicographically_smaller_widths() -> None:
     chords = Chords.from_sides(2, [(0, 1)] * 3)
-    assert rows(solve.find_solutions(chords, [4, 4], 2)) == [(1, 1, 2), (1, 2, 1)]
-    assert rows(solve.find_solutions(chords, [5, 5], None)) == [
+    assert find_widths(chords, [4, 4], 2) == [(1, 1, 2), (1, 2, 1)]
+    assert find_widths(chords, [5, 5], None) == [
         (1, 2, 2),
         (2, 1, 2),
         (2, 2, 1),
@@ -127,28 +116,5 @@ def test_a_polychord_with_both_ends_on_a_side_counts_twice() -> None:
     chords = Chords.from_label(((0, 1, 0), (1,)))
     assert chords.sides.tolist() == [[0, 0], [0, 1]]
     assert chords.base_lengths().tolist() == [3, 1]
-    assert rows(solve.find_solutions(chords, [9, 3], None)) == [(3, 3)]
-    assert not solve.is_feasible(chords, [9, 2])
-
-
-@pytest.mark.parametrize("limit", [0, -3])
-@pytest.mark.parametrize("solver", [solve.find_solutions, cpsat.find_solutions])
-def test_a_limit_below_one_is_refused(limit: int, solver: solve.Solver) -> None:
-    with pytest.raises(InvalidQueryError, match="at least 1"):
-        solver(Chords.from_sides(1, [(0, 0)]), [4], limit)
-
-
-@given(st.integers(1, 5), st.integers(0, 9))
-def test_even_cost_and_splits_by_trying(parts: int, value: int) -> None:
-    def compositions(parts: int, value: int) -> list[Widths]:
-        if parts == 1:
-            return [(value,)]
-        return [(s, *rest) for s in range(value + 1) for rest in compositions(parts - 1, value - s)]
-
-    ways = compositions(parts, value)
-    assert count_splits(value, parts) == len(ways)
-    assert even_cost(parts, value) == min(sum((1 + s) ** 2 for s in way) for way in ways)
-
-
-def test_counts_stop_at_many() -> None:
-    assert count_splits(5000, 40) == solve.MANY
+    assert find_widths(chords, [9, 3], None) == [(3, 3)]
+    assert not is_feasible(chords, [9, 2])

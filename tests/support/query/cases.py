@@ -5,13 +5,16 @@ from __future__ import annotations
 import random
 from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 import query
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.label import join_matrices
 from patterndb.core.packing import pack
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
@@ -19,7 +22,9 @@ from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill, Fills
 from query.boundary import CornerKind
-from query.solving.systems import Chords
+from query.listing.table import StrictTable
+from query.orientation import list_corners_seen
+from query.solving.widths import Labels, WidthProblem, WidthSolver, build_width_problem
 from tests.support.reference.code import Code, mirrored, rooted_code
 from tests.support.reference.halfedge import Quads, as_complex, border_loop, fans, twins
 from tests.support.shared import GOLDEN
@@ -157,6 +162,149 @@ LEARNED = {"strict": True, "origins": ("learned",), "order": "regular", "valence
 def answer(source: object, boundary: object, **options: object) -> Answer:
     """The whole answer to a query about learned patterns, or as the options have it."""
     return Answer(query.fills(source, boundary, **{**LEARNED, **options}))  # pyright: ignore
+
+
+@dataclass(frozen=True, slots=True)
+class Chords:
+    """The open polychords of one pattern, as a table of one row in one orientation.
+
+    label: per side, the polychord that crosses each edge. sides: (n, 2) the sides i <= j that
+    each polychord joins.
+    """
+
+    label: tuple[tuple[int, ...], ...]
+    sides: Int32Array
+
+    @classmethod
+    def from_label(cls, label: Sequence[Sequence[int]]) -> Chords:
+        ends: dict[int, list[int]] = {}
+        for side, chords in enumerate(label):
+            for chord in chords:
+                ends.setdefault(chord, []).append(side)
+        sides = np.array([ends[chord] for chord in range(len(ends))], np.int32)
+        return cls(tuple(map(tuple, label)), sides.reshape(-1, 2))
+
+    @classmethod
+    def from_sides(cls, n_sides: int, sides: ArrayLike) -> Chords:
+        """From the two sides, in either order, of every polychord, in that order along sides."""
+        label: list[list[int]] = [[] for _ in range(n_sides)]
+        for chord, pair in enumerate(np.asarray(sides, np.int32).reshape(-1, 2).tolist()):
+            for side in pair:
+                label[side].append(chord)
+        return cls.from_label(label)
+
+    @property
+    def n_sides(self) -> int:
+        return len(self.label)
+
+    @property
+    def n(self) -> int:
+        return len(self.sides)
+
+    def side_lengths(self, widths: ArrayLike) -> NDArray[np.int64]:
+        """(n_sides,) int64 edges of every side with the given widths (n,)."""
+        return np.array([sum(np.asarray(widths)[list(side)]) for side in self.label], np.int64)
+
+    def base_lengths(self) -> Int32Array:
+        return np.array([len(side) for side in self.label], np.int32)
+
+    # What a solver asks of a table.
+
+    @property
+    def labels(self) -> Labels:
+        return Labels.of_pattern(self.label)
+
+    @property
+    def signatures(self) -> Chords:
+        return self
+
+    signature = rotation = property(lambda _: np.zeros(1, np.int32))
+    reflected = property(lambda _: np.zeros(1, np.bool_))
+    lengths = property(lambda self: self.base_lengths()[None])
+
+    @property
+    def joins(self) -> Int32Array:
+        return join_matrices(self.n_sides, self.sides, np.zeros(self.n, np.int64), 1)
+
+
+@dataclass(frozen=True, slots=True)
+class Strokes:
+    """Strokes as a pattern sees them: (s, 4) int32 side, edge, side, edge; and a tolerance."""
+
+    rows: Int32Array
+    tolerance: int
+
+
+#: No strokes.
+NO_STROKES = Strokes(np.zeros((0, 4), np.int32), 0)
+
+#: One row of one pattern in one orientation.
+ONE = np.zeros(1, np.int64)
+ALONE = np.array([[0x80]], np.uint8)
+
+
+def make_solver(
+    lengths: ArrayLike, strokes: Strokes = NO_STROKES, *, by_cpsat: bool = False
+) -> WidthSolver:
+    """The solver for lengths (n,) and strokes in one orientation."""
+    wanted = np.asarray(lengths, np.int32)
+    problem = WidthProblem.of_lengths(wanted, strokes.rows, strokes.tolerance)
+    return WidthSolver(problem, by_cpsat=by_cpsat)
+
+
+def is_feasible(
+    chords: Chords, lengths: ArrayLike, strokes: Strokes = NO_STROKES, *, by_cpsat: bool = False
+) -> bool:
+    """Are there widths of one pattern?"""
+    solver = make_solver(lengths, strokes, by_cpsat=by_cpsat)
+    found = bool(solver.is_feasible(chords, ONE, ALONE)[0])
+    assert solver.find_feasible(chords, ONE, ALONE).tolist() == [[found]]
+    return found
+
+
+def find_widths(
+    chords: Chords,
+    lengths: ArrayLike,
+    limit: int | None = None,
+    strokes: Strokes = NO_STROKES,
+    *,
+    by_cpsat: bool = False,
+) -> list[Widths]:
+    """The best widths of one pattern, at most ``limit``; None for all."""
+    solver = make_solver(lengths, strokes, by_cpsat=by_cpsat)
+    keep = 64 if limit is None else limit
+    while True:
+        best = solver.find_best(chords.labels, ONE, np.ones((1, 1), np.bool_), keep)
+        if limit is not None or len(best.row) < keep:
+            return [tuple(row) for row in best.widths.tolist()]
+        keep *= 8
+
+
+def all_allowed(
+    table: StrictTable, boundary: Boundary, rows: NDArray[np.int64]
+) -> NDArray[np.uint8]:
+    """Packed: the orientations in which corners fall on their like, symmetric ones included."""
+    n = boundary.n_sides
+    wanted = np.array(boundary.corner_counts, np.uint8)[list_corners_seen(n)]
+    corners = table.patterns.corners[rows]
+    allowed = (corners[:, None] == wanted[None]).all(axis=2)
+    return np.packbits(allowed.reshape(len(rows), 2 * max(n, 1)), axis=1)
+
+
+def find_orientations(
+    table: StrictTable, boundary: Boundary, rows: NDArray[np.int64], threads: int | None = None
+) -> NDArray[np.bool_]:
+    """(r, o): in which orientations patterns fit strictly, symmetric ones included."""
+    solver = WidthSolver(build_width_problem(boundary), threads=threads)
+    return solver.find_feasible(table, rows, all_allowed(table, boundary, rows))
+
+
+def find_rows(
+    table: StrictTable, boundary: Boundary, rows: NDArray[np.int64], threads: int | None = None
+) -> NDArray[np.int64]:
+    """The rows whose patterns fit strictly in any orientation."""
+    solver = WidthSolver(build_width_problem(boundary), threads=threads)
+    return rows[solver.is_feasible(table, rows, all_allowed(table, boundary, rows))]
 
 
 def brute_force(chords: Chords, lengths: Sequence[int]) -> list[Widths]:

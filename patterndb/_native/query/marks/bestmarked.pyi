@@ -3,6 +3,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
+from query.marks.bestmarked import MarkedIndex
 from query.solving.systems import Int16Array
 
 def colours(
@@ -16,43 +17,23 @@ def colours(
     """
 
 def find_best_row(
-    lengths: Int32Array,
-    asked: Int32Array,
-    cap: int,
-    most: int,
-    base: Int32Array,
-    start: NDArray[np.int64],
-    unmarked: Int32Array,
-    signature: Int32Array,
-    counts: NDArray[np.uint8],
-    convex: Int32Array,
-    reflex: Int32Array,
-    class_start: NDArray[np.int64],
-    class_i: Int32Array,
-    class_j: Int32Array,
-    component: Int16Array,
-    colour: Int16Array,
+    index: MarkedIndex, lengths: Int32Array, asked: Int32Array, cap: int, most: int | None
 ) -> tuple[int, int, int, int, Int32Array]:
     """Of :func:`query.marks.bestmarked.find_best_marked`: the first row that fits.
 
-    lengths: (N,) edges of each side; asked: (N,) quads at each corner; most: -1 for any. The
-    others are of :class:`query.marks.bestmarked.MarkedIndex`. Returns (row of the index, or -1;
-    orientation of its signature, N and more being mirrored; irregular vertices; those on the
-    boundary; (m,) slack of every class).
+    lengths: (N,) edges of each side; asked: (N,) quads at each corner. Returns (row of the index,
+    or -1; orientation of its signature, N and more being mirrored; irregular vertices; those on
+    the boundary; (m,) slack of every class).
     """
 
 def spread_strand_widths(
-    label: NDArray[np.int16],
-    rotation: int,
-    reflected: bool,
-    class_i: Int32Array,
-    class_j: Int32Array,
-    class_n: Int32Array,
+    row: tuple[NDArray[np.int16], int, bool, int],
+    classes: tuple[Int32Array, Int32Array, Int32Array],
     slack: Int32Array,
-    n_sides: int,
 ) -> Int32Array:
     """(n,) int32 width of every strand of a row, each class's slack spread evenly.
 
-    label, rotation, reflected: of the row, see :class:`query.marks.marked.MarkedClass`; slack:
-    (m,) of the classes of its signature.
+    row: its label as a word, rotation, reflected and number of sides, see
+    :class:`query.marks.marked.MarkedClass`. classes: of its signature, the two sides of each and
+    its number of strands; slack: (m,) of them.
     """

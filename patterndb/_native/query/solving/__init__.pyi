@@ -1,9 +1,3 @@
-from . import batch as batch
-from . import evenness as evenness
 from . import feasibility as feasibility
-from . import halves as halves
-from . import jointclaims as jointclaims
-from . import matching as matching
-from . import sieve as sieve
-from . import strokes as strokes
 from . import systems as systems
+from . import widths as widths

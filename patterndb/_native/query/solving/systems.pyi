@@ -1,17 +1,21 @@
 # Bound by rust/python/src/query/solving/systems.rs.
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from query.solving.systems import Int16Array, Systems
 
-def number_claims(
-    joined: NDArray[np.bool_],
-) -> tuple[Int32Array, Int16Array, Int32Array, Int16Array]:
-    """The claims of (s, w, w) symmetric graphs: see :class:`Graphs` and :class:`Systems`.
+def breaks_hall_condition(systems: Systems, row: int, need: Int32Array) -> bool:
+    """Return whether a system's Hall conditions reject needs (w,); for tests of them alone."""
 
-    Returns claim, claimant, near_first and near.
-    """
+def decide_matching(systems: Systems, row: int, slack: Int32Array) -> tuple[bool, list[int]]:
+    """Return whether a matching gives every side of a system its slack (w,), and, where not even a
+    fractional one does, the sides that ask for more than their neighbours have; for tests."""
 
-def fill(made: Systems, joined: NDArray[np.bool_]) -> None:
-    """Write the classes, what neighbours have, and parity; joined: (s, w, w) bool, symmetric."""
+def list_systems(
+    base: Int16Array, joined: NDArray[np.bool_], with_hall: bool
+) -> dict[str, NDArray[Any]]:
+    """Return the arrays of :class:`query.solving.systems.Systems` by name, but ``base`` and
+    ``perimeter``, of (s, w) base lengths and (s, w, w) joins."""

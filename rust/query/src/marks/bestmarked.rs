@@ -3,9 +3,10 @@
 //! A look-up over a whole table, fast enough to be called for every part of a construction; the pattern
 //! is not expanded.
 
-use crate::solving::halves::{Class, Transport};
-use crate::solving::matching::search_matchings;
-use crate::solving::systems::{is_balanced, two_colour};
+use crate::solving::balance::Class;
+use crate::solving::branch_and_bound::find_first_solution;
+use crate::solving::fractional_matching::{Scratch, Square, Start, doubled, find_flow};
+use crate::solving::systems::{OwnGraph, is_balanced, two_colour};
 
 /// The classes of strands of the signatures of a table.
 #[derive(Clone, Copy, Debug)]
@@ -145,9 +146,8 @@ struct Fitting<'a> {
     failed: Vec<u64>,
     slack: Vec<i32>,
     sums: Vec<i32>,
-    classes: Vec<Class>,
-    closed: Vec<bool>,
-    transport: Transport,
+    flow: Square,
+    scratch: Scratch,
 }
 
 /// Return items of sides in all orientations, row by row: item s - r, then, mirrored, r + `shift` - s.
@@ -171,9 +171,8 @@ impl<'a> Fitting<'a> {
             failed: vec![0; index.base.len() / n],
             slack: vec![0; n],
             sums: vec![0; n],
-            classes: Vec::new(),
-            closed: Vec::new(),
-            transport: Transport::default(),
+            flow: Square::new(n),
+            scratch: Scratch::new(n),
         }
     }
 
@@ -223,33 +222,38 @@ impl<'a> Fitting<'a> {
         if !is_balanced(&self.slack, component, colour, &mut self.sums) {
             return None;
         }
+        let pairs: Vec<_> = self.index.classes.pairs(signature).collect();
+        // Most calls end here: a side asks for more than all its neighbours can give.
+        self.sums.fill(0);
+        for &(i, j) in &pairs {
+            self.sums[i] += self.slack[j];
+            self.sums[j] += self.slack[i];
+        }
+        if self
+            .slack
+            .iter()
+            .zip(&self.sums)
+            .any(|(slack, reach)| slack > reach)
+        {
+            return None;
+        }
+        let own = OwnGraph::new(n, pairs.iter().copied());
+        let Fitting { flow, scratch, .. } = self;
+        if !find_flow(&self.slack, &own.graph(), Start::Greedy, flow, scratch) {
+            return None;
+        }
+        let twice: Vec<i32> = pairs.iter().map(|&(i, j)| doubled(flow, i, j)).collect();
+        if twice.iter().all(|twice| twice % 2 == 0) {
+            return Some(twice.into_iter().map(|twice| twice / 2).collect());
+        }
         let class = |(i, j)| Class {
             i,
             j,
             n: 1,
             weight: 1,
         };
-        self.classes.clear();
-        self.classes
-            .extend(self.index.classes.pairs(signature).map(class));
-        self.closed.clear();
-        self.closed.resize(self.classes.len(), false);
-        if !self
-            .transport
-            .find(&self.slack, &self.classes, &self.closed)
-        {
-            return None;
-        }
-        let flow = self.transport.flow();
-        if flow.iter().all(|[there, back]| (there + back) % 2 == 0) {
-            return Some(
-                flow.iter()
-                    .map(|[there, back]| (there + back) / 2)
-                    .collect(),
-            );
-        }
-        let found = search_matchings(&self.slack, &self.classes, 0);
-        (found.n_widths > 0).then_some(found.rows)
+        let classes: Vec<Class> = pairs.into_iter().map(class).collect();
+        find_first_solution(&self.slack, &classes)
     }
 }
 

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! The right-hand sides are the pattern's, the left-hand ones the boundary's: the first depends on
-//! the side alone, the second on the side and its neighbours, a *claim* ([`crate::solving::graphs`]). A class
+//! the side alone, the second on the side and its neighbours, a *claim* ([`crate::solving::systems`]). A class
 //! of 20,000 patterns of 12 sides has some 3,000 of these, so that a query works all left-hand sides
 //! out once, and compares.
 //!
@@ -40,38 +40,76 @@ const ONES: i64 = 0x0101_0101_0101_0101;
 const HIGHEST: i32 = 128;
 
 /// The longest base length that the sieve keeps apart from longer ones, so that two are one byte.
-pub const LONGEST_BASE: i64 = 15;
+const LONGEST_BASE: i64 = 15;
 
 /// The most that the sieve knows of a side's neighbours: a greater surplus is a weaker sieve, no
 /// other answer.
 pub const MOST_SURPLUS: i32 = 127;
 
 /// Pairs of base lengths.
-pub const PAIRS: usize = (LONGEST_BASE as usize + 1).pow(2);
+const PAIRS: usize = (LONGEST_BASE as usize + 1).pow(2);
+
+/// The lengths that some lanes have, in words.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PackedLengths {
+    /// The words with the highest bit of each lane; their number is a multiple of GROUP.
+    pub marks: Vec<i64>,
+    /// For sides 2 p and 2 p + 1 and each number q of [`Sieve::pairs`], the words of the lanes in which
+    /// the sides are as long as q asks.
+    pub compared: Vec<i64>,
+}
 
 /// Compare the lengths of each two sides with all base lengths that they may have.
 ///
-/// `words` holds for each side `n` words of lanes. Returns, for sides 2 p and 2 p + 1 and each number
-/// q of [`Rows::pairs`], the lanes in which the sides are as long as q asks: `n` words for each.
-pub fn compare_pairs(words: &[i64], n: usize) -> Vec<i64> {
-    let sides: Vec<&[i64]> = words.chunks_exact(n).collect();
+/// `lengths` has for each lane a row of `n_sides`. Lanes that fill up words have any length.
+pub fn pack_lengths(lengths: &[i32], n_sides: usize) -> PackedLengths {
+    let n_lanes = lengths.len() / n_sides;
+    let n = n_lanes.div_ceil(LANES * GROUP) * GROUP;
+    let word = |of_lane: &dyn Fn(usize) -> i32, first: usize| {
+        let bytes = std::array::from_fn(|lane| of_lane(first + lane) as u8);
+        i64::from_le_bytes(bytes)
+    };
+    let words = |of_lane: &dyn Fn(usize) -> i32| -> Vec<i64> {
+        (0..n).map(|g| word(of_lane, g * LANES)).collect()
+    };
+    let sides: Vec<Vec<i64>> = (0..n_sides)
+        .map(|side| {
+            words(&|lane| {
+                let length = lengths.get(lane * n_sides + side);
+                HIGHEST + length.map_or(0, |&length| length.min(MOST_SURPLUS))
+            })
+        })
+        .collect();
     let size = LONGEST_BASE + 1;
     let mut compared = vec![0; sides.len().div_ceil(2) * PAIRS * n];
     let entries = compared.chunks_exact_mut(PAIRS * n);
     for (compared, pair) in entries.zip(sides.chunks(2)) {
         for (q, compared) in (0..).zip(compared.chunks_exact_mut(n)) {
-            for (compared, word) in compared.iter_mut().zip(pair[0]) {
+            for (compared, word) in compared.iter_mut().zip(&pair[0]) {
                 *compared = word.wrapping_sub(q / size * ONES);
             }
             // The last side may have none next to it.
             for second in &pair[1..] {
-                for (compared, word) in compared.iter_mut().zip(*second) {
+                for (compared, word) in compared.iter_mut().zip(second) {
                     *compared &= word.wrapping_sub(q % size * ONES);
                 }
             }
         }
     }
-    compared
+    PackedLengths {
+        marks: words(&|lane| if lane < n_lanes { HIGHEST } else { 0 }),
+        compared,
+    }
+}
+
+/// Return the base lengths of each two sides of systems of `n_sides` sides, as [`Sieve::pairs`].
+pub fn pair_sides(base: &[i16], n_sides: usize) -> Vec<u8> {
+    let short = |length: i16| i64::from(length).min(LONGEST_BASE);
+    let pair = |pair: &[i16]| {
+        ((LONGEST_BASE + 1) * short(pair[0]) + pair.get(1).map_or(0, |&second| short(second))) as u8
+    };
+    let rows = base.chunks_exact(n_sides);
+    rows.flat_map(|row| row.chunks(2).map(pair)).collect()
 }
 
 /// The claims of a class, and the lengths that lanes have.
@@ -140,7 +178,7 @@ pub struct Sieve<'a> {
     pub claim: &'a [i32],
     /// The words with the highest bit of each lane.
     pub marks: &'a [Words],
-    /// What [`compare_pairs`] returns.
+    /// What [`pack_lengths`] returns.
     pub compared: &'a [Words],
     /// What [`state_claims`] writes.
     pub stated: &'a [Words],
@@ -218,8 +256,10 @@ mod tests {
     fn lanes_pass_whose_sides_and_neighbours_are_long_enough() {
         // Two sides joined to each other, seen in two lanes with the lengths (3, 3) and (2, 3).
         let marks = [[0x8080, 0, 0, 0]];
-        let words: Vec<i64> = [[0x8283, 0, 0, 0], [0x8383, 0, 0, 0]].concat();
-        let compared = compare_pairs(&words, GROUP);
+        let packed = pack_lengths(&[3, 3, 2, 3], 2);
+        assert_eq!(packed.marks, marks.as_flattened());
+        assert_eq!(pair_sides(&[2, 2, 1, 20], 2), [2 * 16 + 2, 16 + 15]);
+        assert_eq!(pair_sides(&[1, 2, 3], 3), [16 + 2, 3 * 16]);
         let claims = Claims {
             lengths: &[3, 2, 3, 3],
             n_lanes: 2,
@@ -237,7 +277,7 @@ mod tests {
             surplus: &[1, 1],
             claim: &[0, 1],
             marks: &marks,
-            compared: compared.as_chunks().0,
+            compared: packed.compared.as_chunks().0,
             stated: stated.as_chunks().0,
             n_sides: 2,
         };

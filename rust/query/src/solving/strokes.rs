@@ -9,14 +9,14 @@
 //! give to the other.
 //!
 //! Several strokes may lie on one polychord, in any order; its two ends see that order reversed.
-//! [`carry_strokes`] tries every assignment of strokes to strands.
+//! [`add_best_widths`] tries every assignment of strokes to strands.
 //!
 //! Source: Marcias et al. 2015, section 4, "Edge-flow constraints". Differs from the paper: one system
 //! of the matching instead of an integer program for each polychord, every assignment of strokes to
 //! polychords is tried, and each of several strokes has a strand of its own.
 
-use crate::solving::evenness::{Best, Chord, Part, System, add_most_even};
-use crate::solving::halves::Class;
+use crate::solving::balance::{Best, Chord, Class, Part, System};
+use crate::solving::branch_and_bound::add_best_solutions;
 use crate::solving::matching::is_soluble;
 
 /// Side and edge of one end of a stroke, and of the other, as a pattern sees them.
@@ -79,7 +79,7 @@ impl Label {
 
 /// What is asked of a pattern in one orientation.
 #[derive(Clone, Copy, Debug)]
-pub struct Wish<'a> {
+pub struct OrientedProblem<'a> {
     /// Edges of every side.
     pub lengths: &'a [i32],
     /// For each side a row, what the square of a width counts for strands to every side.
@@ -98,21 +98,21 @@ struct Carrier {
 }
 
 /// Return the strands that may carry a stroke, as far as its own place decides.
-fn find_carriers(label: &Label, wish: &Wish, stroke: &Stroke) -> Vec<Carrier> {
+fn find_carriers(label: &Label, problem: &OrientedProblem, stroke: &Stroke) -> Vec<Carrier> {
     let [a, i, b, j] = *stroke;
     let (first, second) = (label.edges_of(a as usize), label.edges_of(b as usize));
     // Edges before and after an end, as many as the boundary has at most.
     let has_room = |edge: usize, side: &std::ops::Range<usize>, length: i32, place: i32| {
-        (edge - side.start) as i32 <= place + wish.tolerance
-            && (side.end - edge) as i32 <= length - place + wish.tolerance
+        (edge - side.start) as i32 <= place + problem.tolerance
+            && (side.end - edge) as i32 <= length - place + problem.tolerance
     };
     let carrier = |edge: usize| {
         let strand = label.edges[edge];
         let flipped = label.ends[strand][0] != edge;
         let other = label.ends[strand][usize::from(!flipped)];
         let fits = second.contains(&other)
-            && has_room(edge, &first, wish.lengths[a as usize], i)
-            && has_room(other, &second, wish.lengths[b as usize], j);
+            && has_room(edge, &first, problem.lengths[a as usize], i)
+            && has_room(other, &second, problem.lengths[b as usize], j);
         fits.then_some(Carrier { strand, flipped })
     };
     first.clone().filter_map(carrier).collect()
@@ -121,7 +121,7 @@ fn find_carriers(label: &Label, wish: &Wish, stroke: &Stroke) -> Vec<Carrier> {
 /// Strokes on their strands.
 struct Assignment<'a> {
     label: &'a Label,
-    wish: &'a Wish<'a>,
+    problem: &'a OrientedProblem<'a>,
     /// Whether each stroke lies flipped on its strand.
     flipped: Vec<bool>,
     /// The strokes on each strand, in the order that its first end sees.
@@ -131,12 +131,12 @@ struct Assignment<'a> {
 impl Assignment<'_> {
     /// Return the system of the pieces; None where a piece is too short for its strands.
     fn cut_system(&self) -> Option<System> {
-        let Wish {
+        let OrientedProblem {
             lengths,
             strokes,
             tolerance,
             ..
-        } = *self.wish;
+        } = *self.problem;
         let mut system = System::default();
         // Parts are numbered strand by strand, in the order their first ends see.
         let mut part_first = vec![0];
@@ -231,7 +231,7 @@ impl Assignment<'_> {
     }
 
     fn weight(&self, one: usize, other: usize) -> i32 {
-        self.wish.weights[one * self.wish.lengths.len() + other]
+        self.problem.weights[one * self.problem.lengths.len() + other]
     }
 
     /// Return the strands as polychords of a system: the widths that their strokes need.
@@ -287,20 +287,20 @@ impl Assignment<'_> {
 /// `is_cancelled` does.
 fn visit_systems(
     label: &Label,
-    wish: &Wish,
+    problem: &OrientedProblem,
     is_cancelled: &impl Fn() -> bool,
     mut visit: impl FnMut(&Assignment, System) -> bool,
 ) {
-    let strokes = wish.strokes.iter();
+    let strokes = problem.strokes.iter();
     let carriers: Vec<_> = strokes
-        .map(|stroke| find_carriers(label, wish, stroke))
+        .map(|stroke| find_carriers(label, problem, stroke))
         .collect();
     if carriers.iter().any(Vec::is_empty) {
         return;
     }
     let mut assignment = Assignment {
         label,
-        wish,
+        problem,
         flipped: vec![false; carriers.len()],
         on: vec![Vec::new(); label.n_strands()],
     };
@@ -312,10 +312,17 @@ fn visit_systems(
 }
 
 /// Return whether strands can lie on all the strokes. Once `is_cancelled`, the answer is of no use.
-pub fn can_carry(label: &Label, wish: &Wish, is_cancelled: &impl Fn() -> bool) -> bool {
+pub fn can_carry(
+    label: &Label,
+    problem: &OrientedProblem,
+    is_cancelled: &impl Fn() -> bool,
+) -> bool {
     let mut found = false;
-    visit_systems(label, wish, is_cancelled, |_, system| {
-        found = is_soluble(&system.slack, &system.classes);
+    visit_systems(label, problem, is_cancelled, |_, system| {
+        found = is_soluble(
+            &system.slack,
+            system.classes.iter().map(|class| (class.i, class.j)),
+        );
         found
     });
     found
@@ -324,16 +331,16 @@ pub fn can_carry(label: &Label, wish: &Wish, is_cancelled: &impl Fn() -> bool) -
 /// Add the best widths under which strands lie on all the strokes, with a tag.
 ///
 /// Once `is_cancelled`, the answer is of no use.
-pub fn carry_strokes(
+pub fn add_best_widths(
     label: &Label,
-    wish: &Wish,
+    problem: &OrientedProblem,
     tag: i32,
     best: &mut Best,
     is_cancelled: &impl Fn() -> bool,
 ) {
-    visit_systems(label, wish, is_cancelled, |assignment, system| {
+    visit_systems(label, problem, is_cancelled, |assignment, system| {
         let chords = assignment.chords();
-        add_most_even(&system, &chords, wish.tolerance, tag, best, is_cancelled);
+        add_best_solutions(&system, &chords, problem.tolerance, tag, best, is_cancelled);
         false
     });
 }
@@ -346,7 +353,7 @@ mod tests {
     const SQUARE: [i16; 8] = [1, 0, 1, 1, 1, 0, 1, 1];
 
     fn solve(lengths: [i32; 4], strokes: &[Stroke], tolerance: i32) -> Vec<(i64, Vec<i32>)> {
-        let wish = Wish {
+        let problem = OrientedProblem {
             lengths: &lengths,
             weights: &[1; 16],
             strokes,
@@ -357,9 +364,9 @@ mod tests {
             keep: 5,
             ..Best::default()
         };
-        carry_strokes(&label, &wish, 0, &mut best, &|| false);
+        add_best_widths(&label, &problem, 0, &mut best, &|| false);
         assert_eq!(
-            can_carry(&label, &wish, &|| false),
+            can_carry(&label, &problem, &|| false),
             !best.solutions.is_empty()
         );
         let found = best.solutions.into_iter();

@@ -14,6 +14,159 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use crate::solving::sieve::MOST_SURPLUS;
 
+/// The systems of a class.
+#[derive(Clone, Copy, Debug)]
+pub struct Systems<'a> {
+    /// Their graphs.
+    pub graphs: Graphs<'a>,
+    /// For each system a row of the base lengths of its sides.
+    pub base: &'a [i16],
+    /// The sum of each system's base lengths.
+    pub perimeter: &'a [i32],
+    /// For each system a row: the first side of each side's component.
+    pub component: &'a [i16],
+    /// For each system a row: each side's colour, see [`two_colour`].
+    pub colour: &'a [i16],
+    /// Whether parity can refuse an even perimeter.
+    pub parity: &'a [bool],
+    /// The number of each system's graph, in `hall_first`.
+    pub graph: &'a [i32],
+    /// Where the Hall conditions of each graph begin, and where those of the last end.
+    pub hall_first: &'a [i32],
+    /// The Hall conditions, see [`crate::solving::hall_conditions`].
+    pub hall: &'a [i32],
+}
+
+/// The graphs of many systems with the same number of sides.
+#[derive(Clone, Copy, Debug)]
+pub struct Graphs<'a> {
+    /// Where the classes of each graph begin, and where those of the last end.
+    pub first: &'a [i32],
+    /// One side that each class joins, in the order in which a first flow fills the classes.
+    pub class_i: &'a [i16],
+    /// The other side.
+    pub class_j: &'a [i16],
+    /// For each graph a row: the claim of each side. A *claim* is a side and the sides that it is
+    /// joined to; there are far fewer of them than sides of all graphs.
+    pub claim: &'a [i32],
+    /// Where the sides of each claim begin in `near`, and where those of the last end.
+    pub near_first: &'a [i32],
+    /// The sides that the side of each claim is joined to; one joined to itself is listed once.
+    pub near: &'a [i16],
+    /// Number of sides of every graph.
+    pub n_sides: usize,
+}
+
+/// The graph of one system.
+#[derive(Clone, Copy, Debug)]
+pub struct Graph<'a> {
+    class_i: &'a [i16],
+    class_j: &'a [i16],
+    /// The claim of each side.
+    pub claim: &'a [i32],
+    near_first: &'a [i32],
+    near: &'a [i16],
+}
+
+impl<'a> Graphs<'a> {
+    /// Return the graph of the system in a row.
+    #[inline(always)]
+    pub fn graph(&self, row: usize) -> Graph<'a> {
+        let classes = self.first[row] as usize..self.first[row + 1] as usize;
+        Graph {
+            class_i: &self.class_i[classes.clone()],
+            class_j: &self.class_j[classes],
+            claim: &self.claim[row * self.n_sides..][..self.n_sides],
+            near_first: self.near_first,
+            near: self.near,
+        }
+    }
+}
+
+impl<'a> Graph<'a> {
+    /// Return the number of sides.
+    #[inline(always)]
+    pub fn n_sides(&self) -> usize {
+        self.claim.len()
+    }
+
+    /// Return the sides that each class joins.
+    #[inline(always)]
+    pub fn classes(&self) -> impl Iterator<Item = (usize, usize)> + 'a {
+        let pairs = self.class_i.iter().zip(self.class_j);
+        pairs.map(|(&i, &j)| (i as usize, j as usize))
+    }
+
+    /// Return the classes that are listed with their first side, side by side in their order.
+    #[inline(always)]
+    pub fn classes_by_side(&self) -> impl Iterator<Item = (usize, &'a [i16])> + 'a {
+        let class_j = self.class_j;
+        let mut at = 0;
+        self.class_i.chunk_by(|i, j| i == j).map(move |run| {
+            let others = &class_j[at..at + run.len()];
+            at += run.len();
+            (run[0] as usize, others)
+        })
+    }
+
+    /// Return the sides that a side is joined to.
+    #[inline(always)]
+    pub fn near(&self, side: usize) -> impl Iterator<Item = usize> + Clone + 'a {
+        let claim = self.claim[side] as usize;
+        let range = self.near_first[claim] as usize..self.near_first[claim + 1] as usize;
+        self.near[range].iter().map(|&side| side as usize)
+    }
+}
+
+/// The graph of one system, by the sides that its classes join.
+///
+/// Classes may come in any order, and several may join the same sides.
+#[derive(Clone, Debug)]
+pub struct OwnGraph {
+    class_i: Vec<i16>,
+    class_j: Vec<i16>,
+    claim: Vec<i32>,
+    near_first: Vec<i32>,
+    near: Vec<i16>,
+}
+
+impl OwnGraph {
+    /// Make the graph of classes between `n_sides` sides.
+    pub fn new(n_sides: usize, pairs: impl Iterator<Item = (usize, usize)>) -> OwnGraph {
+        let mut joined = vec![false; n_sides * n_sides];
+        for (i, j) in pairs {
+            joined[i * n_sides + j] = true;
+            joined[j * n_sides + i] = true;
+        }
+        let mut ordered = Vec::new();
+        order_classes(&joined, n_sides, &mut ordered);
+        let mut made = OwnGraph {
+            class_i: ordered.iter().map(|&(i, _)| i as i16).collect(),
+            class_j: ordered.iter().map(|&(_, j)| j as i16).collect(),
+            claim: (0..n_sides as i32).collect(),
+            near_first: vec![0],
+            near: Vec::new(),
+        };
+        for row in joined.chunks_exact(n_sides) {
+            let near = (0..n_sides).filter(|&j| row[j]).map(|j| j as i16);
+            made.near.extend(near);
+            made.near_first.push(made.near.len() as i32);
+        }
+        made
+    }
+
+    /// Return the graph.
+    pub fn graph(&self) -> Graph<'_> {
+        Graph {
+            class_i: &self.class_i,
+            class_j: &self.class_j,
+            claim: &self.claim,
+            near_first: &self.near_first,
+            near: &self.near,
+        }
+    }
+}
+
 /// A hash of small numbers, each multiplied by 2^64 over the golden ratio.
 #[derive(Default)]
 struct Scatter(u64);
@@ -256,5 +409,24 @@ mod tests {
         assert!(check([1, 2, 3, 4]));
         assert!(!check([1, 2, 4, 4]));
         assert!(!check([1, 2, 3, 5]));
+    }
+
+    #[test]
+    fn a_graph_lists_its_classes_by_side() {
+        let graphs = Graphs {
+            first: &[0, 0, 3],
+            class_i: &[0, 0, 2],
+            class_j: &[1, 2, 2],
+            claim: &[0, 0, 0, 1, 2, 3],
+            near_first: &[0, 0, 2, 3, 5],
+            near: &[1, 2, 0, 0, 2],
+            n_sides: 3,
+        };
+        let graph = graphs.graph(1);
+        assert!(graph.classes().eq([(0, 1), (0, 2), (2, 2)]));
+        let by_side: Vec<_> = graph.classes_by_side().collect();
+        assert_eq!(by_side, [(0, &[1, 2][..]), (2, &[2][..])]);
+        assert!(graph.near(2).eq([0, 2]));
+        assert_eq!(graphs.graph(0).classes().count(), 0);
     }
 }

@@ -1,5 +1,5 @@
-//! The Hall conditions of systems: what several sides ask of their neighbours together, which refuses
-//! systems without a flow.
+//! The Hall conditions of systems: several sides can be no wider together than their neighbours, which
+//! rejects systems without a flow.
 //!
 //! Sides of which no two are joined, and none to itself, can be no wider together than all sides
 //! that any of them is joined to:
@@ -10,10 +10,10 @@
 //!
 //! where need is by how much a length exceeds the base length. A single side's condition is the
 //! sieve's ([`crate::solving::sieve`]); those of all sets together say exactly whether a fractional matching
-//! would do, as the flow of [`crate::solving::halves`] does: a set that breaks its condition is a cut. Of a
+//! would do, as the flow of [`crate::solving::fractional_matching`] does: a set that breaks its condition is a cut. Of a
 //! graph of 12 sides there are some 50 sets that no others imply. Those likeliest to be broken are
-//! listed for each graph, and refuse nine in ten of the systems that the flow would, at a twentieth of
-//! its price. What they let pass is not known to fit.
+//! listed for each graph, and reject nine in ten of the systems that the flow would, at a twentieth of
+//! its price. A system that meets them all may still have no solution.
 //!
 //! A condition is one number, the set's bits below those of its neighbours. Sums over sets are looked
 //! up: for every five sides the 32 sums of needs.
@@ -21,12 +21,12 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// Sides of the largest graphs with joint claims: a set and its neighbours are 30 bits of a number.
+/// Sides of the largest graphs with conditions: a set and its neighbours are 30 bits of a number.
 pub const MOST_SIDES: usize = 15;
 
-/// Claims of a graph: of what all, some 48 of 12 sides, would refuse 24 refuse 90 %, 32 refuse 93 %
+/// Conditions of a graph: of what all, some 48 of 12 sides, would reject 24 reject 90 %, 32 reject 93 %
 /// (2,489 systems that passed the sieve); a line of the processor's cache holds 16.
-const MOST_CLAIMS: usize = 32;
+const MOST_CONDITIONS: usize = 32;
 
 /// Sets of a graph that are looked at, smallest first: beyond some 12 sides not all.
 const MOST_SETS: usize = 512;
@@ -37,29 +37,29 @@ const TABLE_SIDES: usize = 5;
 /// Sums in each table.
 const SUMS: usize = 1 << TABLE_SIDES;
 
-/// The joint claims of the graphs of many systems.
+/// The Hall conditions of the graphs of many systems.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct JointClaims {
+pub struct HallConditions {
     /// The number of each system's graph; systems of equal graphs have one.
     pub graph: Vec<i32>,
-    /// Where the claims of each graph begin, and where those of the last end.
+    /// Where the conditions of each graph begin, and where those of the last end.
     pub first: Vec<i32>,
-    /// The claims.
-    pub claims: Vec<i32>,
+    /// The conditions.
+    pub conditions: Vec<i32>,
 }
 
-/// List the joint claims of graphs of `n_sides` sides, given by the claim of each side.
+/// List the Hall conditions of graphs of `n_sides` sides, given by the claim of each side.
 ///
-/// `near_first` and `near` are the sides of the claims, see [`crate::solving::graphs::Graphs`].
-pub fn list_joint_claims(
+/// `near_first` and `near` are the sides of the claims, see [`crate::solving::systems::Graphs`].
+pub fn list_hall_conditions(
     claim: &[i32],
     n_sides: usize,
     near_first: &[i32],
     near: &[i16],
-) -> JointClaims {
-    let mut made = JointClaims {
+) -> HallConditions {
+    let mut made = HallConditions {
         first: vec![0],
-        ..JointClaims::default()
+        ..HallConditions::default()
     };
     let mut numbers = HashMap::new();
     let mut seen = vec![false; 1 << n_sides];
@@ -75,8 +75,8 @@ pub fn list_joint_claims(
                         near[sides].iter().fold(0, |set, side| set | 1 << side)
                     })
                     .collect();
-                made.claims.extend(list_of_graph(&joined, &mut seen));
-                made.first.push(made.claims.len() as i32);
+                made.conditions.extend(list_of_graph(&joined, &mut seen));
+                made.first.push(made.conditions.len() as i32);
                 *place.insert(made.first.len() as i32 - 2)
             }
         };
@@ -85,10 +85,10 @@ pub fn list_joint_claims(
     made
 }
 
-/// Return the claims of one graph, those likeliest to be broken first.
+/// Return the conditions of one graph, those likeliest to be broken first.
 ///
-/// `joined` has the sides that each side is joined to, as bits, each of two sides the other. `seen` has a place for each set,
-/// false before and after.
+/// `joined` has the sides that each side is joined to, as bits, each of two sides the other. `seen` has
+/// a place for each set, false before and after.
 fn list_of_graph(joined: &[i32], seen: &mut [bool]) -> Vec<i32> {
     // The sides that are not joined to themselves.
     let apart = (0..joined.len()).filter(|&i| joined[i] >> i & 1 == 0);
@@ -96,18 +96,18 @@ fn list_of_graph(joined: &[i32], seen: &mut [bool]) -> Vec<i32> {
     // Sets of sides, and their neighbours.
     let mut sets: Vec<(i32, i32)> = sides_of(apart).map(|i| (1 << i, joined[i])).collect();
     sets.iter().for_each(|&(set, _)| seen[set as usize] = true);
-    // Claims and how likely each is to be broken: the lower the likelier.
+    // Conditions and how likely each is to be broken: the lower the likelier.
     let mut found: Vec<(f64, i32)> = Vec::new();
     let mut head = 0;
     while let Some(&(some, around)) = sets.get(head) {
         head += 1;
-        // Sides that ask for no neighbour more make the claim stronger; without them it is implied.
+        // Sides that add no neighbour make the condition stronger; without them it is implied.
         let mut whole = true;
         for v in sides_of(apart & !(some | around)) {
             let own = joined[v];
             whole &= own & !around != 0;
             let more = some | 1 << v;
-            // Two sets whose neighbours are apart imply the claim of both.
+            // Two sets whose neighbours are apart imply the condition of both.
             if own & around != 0 && sets.len() < MOST_SETS && !seen[more as usize] {
                 seen[more as usize] = true;
                 sets.push((more, around | own));
@@ -120,15 +120,15 @@ fn list_of_graph(joined: &[i32], seen: &mut [bool]) -> Vec<i32> {
         // Needs are alike, so that sums grow with numbers, and scatter with their roots.
         let margin = f64::from(n_around - n_some) / f64::from(n_around + n_some).sqrt();
         let at = found.partition_point(|&(other, _)| other <= margin);
-        if at < MOST_CLAIMS {
-            found.truncate(MOST_CLAIMS - 1);
+        if at < MOST_CONDITIONS {
+            found.truncate(MOST_CONDITIONS - 1);
             found.insert(at, (margin, around << MOST_SIDES | some));
         }
     }
     for (set, _) in sets {
         seen[set as usize] = false;
     }
-    found.into_iter().map(|(_, claim)| claim).collect()
+    found.into_iter().map(|(_, condition)| condition).collect()
 }
 
 /// Return the sides of a set, ascending.
@@ -177,10 +177,10 @@ impl Sums {
         low[part(0)] + middle[part(1)] + high[part(2)]
     }
 
-    /// Return whether one of some claims is broken.
+    /// Return whether one of some conditions is broken.
     #[inline(always)]
-    pub fn refuse(&self, claims: &[i32]) -> bool {
-        claims
+    pub fn break_any(&self, conditions: &[i32]) -> bool {
+        conditions
             .iter()
             .any(|&some| self.of(some >> MOST_SIDES) < self.of(some))
     }
@@ -194,24 +194,24 @@ mod tests {
     const JOINED: [i32; 3] = [0b100, 0b100, 0b011];
 
     #[test]
-    fn two_sides_with_one_neighbour_have_a_joint_claim() {
+    fn two_sides_with_one_neighbour_have_a_condition() {
         let mut seen = vec![false; 8];
-        let claims = list_of_graph(&JOINED, &mut seen);
-        assert_eq!(claims, [0b100 << MOST_SIDES | 0b011]);
+        let conditions = list_of_graph(&JOINED, &mut seen);
+        assert_eq!(conditions, [0b100 << MOST_SIDES | 0b011]);
         assert!(seen.into_iter().all(|seen| !seen));
         let mut need = [0; MOST_SIDES];
         let mut sums = Sums::default();
-        for (last, refused) in [(3, false), (2, true)] {
+        for (last, broken) in [(3, false), (2, true)] {
             need[..3].copy_from_slice(&[1, 2, last]);
             sums.fill(&need);
-            assert_eq!(sums.refuse(&claims), refused);
+            assert_eq!(sums.break_any(&conditions), broken);
         }
     }
 
     #[test]
     fn equal_graphs_have_one_number() {
         let (near_first, near) = ([0, 1, 2, 4], [2, 2, 0, 1]);
-        let made = list_joint_claims(&[0, 1, 2, 0, 1, 2], 3, &near_first, &near);
+        let made = list_hall_conditions(&[0, 1, 2, 0, 1, 2], 3, &near_first, &near);
         assert_eq!(made.graph, [0, 0]);
         assert_eq!(made.first, [0, 1]);
     }

@@ -1,9 +1,10 @@
-//! Many patterns at once: which of them the strokes leave, and the best widths of each.
+//! The width problem of many patterns: in which of them strands can lie on the strokes, and the best
+//! widths of each.
 //!
-//! What a row's answer is does not depend on the others.
+//! The answer for a row does not depend on the others.
 
-use crate::solving::evenness::Best;
-use crate::solving::strokes::{Label, Stroke, Wish, can_carry, carry_strokes};
+use crate::solving::balance::Best;
+use crate::solving::strokes::{Label, OrientedProblem, Stroke, add_best_widths, can_carry};
 
 /// The boundary labels of many patterns.
 #[derive(Clone, Copy, Debug)]
@@ -25,10 +26,10 @@ impl Labels<'_> {
 
 /// A boundary and strokes, once for every orientation.
 #[derive(Clone, Copy, Debug)]
-pub struct Question<'a> {
+pub struct WidthProblem<'a> {
     /// For each orientation a row of the edges of every side, in the pattern's order.
     pub lengths: &'a [i32],
-    /// For each orientation the weights of [`Wish::weights`].
+    /// For each orientation the weights of [`OrientedProblem::weights`].
     pub weights: &'a [i32],
     /// For each orientation the strokes.
     pub strokes: &'a [Stroke],
@@ -38,15 +39,15 @@ pub struct Question<'a> {
     pub n_sides: usize,
 }
 
-impl Question<'_> {
+impl WidthProblem<'_> {
     fn n_orientations(&self) -> usize {
         self.lengths.len() / self.n_sides
     }
 
-    fn wish(&self, orientation: usize) -> Wish<'_> {
+    fn oriented(&self, orientation: usize) -> OrientedProblem<'_> {
         let n = self.n_sides;
         let n_strokes = self.strokes.len() / self.n_orientations();
-        Wish {
+        OrientedProblem {
             lengths: &self.lengths[orientation * n..][..n],
             weights: &self.weights[orientation * n * n..][..n * n],
             strokes: &self.strokes[orientation * n_strokes..][..n_strokes],
@@ -59,15 +60,15 @@ impl Question<'_> {
 ///
 /// `allowed` has a row of orientations for each. `once`: at most one of each row. Once `is_cancelled`,
 /// the answer is of no use.
-pub fn keep_carrying(
+pub fn filter_stroke_feasible(
     labels: &Labels,
     rows: &[i64],
-    question: &Question,
+    problem: &WidthProblem,
     once: bool,
     is_cancelled: &impl Fn() -> bool,
     allowed: &mut [bool],
 ) {
-    let allowed = allowed.chunks_exact_mut(question.n_orientations());
+    let allowed = allowed.chunks_exact_mut(problem.n_orientations());
     for (&row, allowed) in rows.iter().zip(allowed) {
         if is_cancelled() {
             return;
@@ -75,8 +76,9 @@ pub fn keep_carrying(
         let label = labels.label(row);
         let mut found = false;
         for (o, allowed) in allowed.iter_mut().enumerate() {
-            *allowed =
-                *allowed && !(once && found) && can_carry(&label, &question.wish(o), is_cancelled);
+            *allowed = *allowed
+                && !(once && found)
+                && can_carry(&label, &problem.oriented(o), is_cancelled);
             found |= *allowed;
         }
     }
@@ -96,15 +98,15 @@ pub struct Fits<'a> {
 }
 
 /// Write the best fits of rows over the allowed orientations. Once `is_cancelled`, rows are missing.
-pub fn solve_rows(
+pub fn find_best_widths(
     labels: &Labels,
     rows: &[i64],
     allowed: &[bool],
-    question: &Question,
+    problem: &WidthProblem,
     is_cancelled: &impl Fn() -> bool,
     fits: &mut Fits,
 ) {
-    let n_orientations = question.n_orientations();
+    let n_orientations = problem.n_orientations();
     let width = fits.best.len() / fits.key.len().max(1);
     for (r, &row) in rows.iter().enumerate() {
         if is_cancelled() {
@@ -116,7 +118,13 @@ pub fn solve_rows(
             ..Best::default()
         };
         for o in (0..n_orientations).filter(|o| allowed[r * n_orientations + o]) {
-            carry_strokes(&label, &question.wish(o), o as i32, &mut best, is_cancelled);
+            add_best_widths(
+                &label,
+                &problem.oriented(o),
+                o as i32,
+                &mut best,
+                is_cancelled,
+            );
         }
         fits.count[r] = best.solutions.len() as i64;
         for (f, solution) in best.solutions.iter().enumerate() {
