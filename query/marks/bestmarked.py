@@ -45,7 +45,7 @@ class MarkedIndex:
     counts:     (u, N) uint8 quads at the marks, in signature order.
     convex, reflex: (u,) int32 how many of them are 1, and 3.
     class_start: (s + 1,) int64; class_i, class_j, class_n: int32, the classes of strands of
-                each signature, see :class:`query.solving.systems.Chords`.
+                each signature, joined to the sides i <= j.
     component, colour: (s, N) int16 of the two-colouring of each graph.
     """
 
