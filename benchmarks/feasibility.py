@@ -33,8 +33,9 @@ from patterndb.core.label import split_word
 from patterndb.core.patternclass import PatternClass
 from query import Boundary
 from query.listing.table import StrictTable, TableEntries, get_strict_table
+from query.solving.problem import build_width_problem
 from query.solving.systems import systems_of
-from query.solving.widths import WidthSolver, build_width_problem
+from query.solving.widths import WidthSolver
 
 THREADS = (1, 2)
 

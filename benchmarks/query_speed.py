@@ -25,7 +25,8 @@ from patterndb.store import Database
 from query import Boundary, Fill, Stroke, fills
 from query.listing.table import get_strict_table
 from query.placing import find_strand
-from query.solving.widths import WidthSolver, build_width_problem
+from query.solving.problem import build_width_problem
+from query.solving.widths import WidthSolver
 
 SIDES = range(3, 13)
 SHORTEST, LONGEST = 2, 10

@@ -1,6 +1,6 @@
 """Ask for the fills of a boundary: the way from a question to fills, best first.
 
-The width problem is stated (:mod:`query.solving.widths`), tables of patterns are
+The width problem is stated (:mod:`query.solving.problem`), tables of patterns are
 searched in lanes (:mod:`query.listing.lane`), and a stream merges what the lanes find
 (:mod:`query.listing.stream`). A boundary for which no table has anything is constructed.
 """

@@ -42,7 +42,8 @@ from query.listing.lane import More, Search, search_table
 from query.listing.ranking import Listing, Ranking
 from query.listing.table import get_strict_table
 from query.request import NO_DOUBLETS, PatternFilter
-from query.solving.widths import WidthSolver, build_width_problem
+from query.solving.problem import build_width_problem
+from query.solving.widths import WidthSolver
 from query.stroke import Stroke
 
 #: Fills without irregular vertices inside: how many are listed of the most probable closed walks,

@@ -20,7 +20,8 @@ from query.cancellation import CancelFlag
 from query.fill import Fill
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import Table
-from query.solving.widths import OFF, WidthSolver
+from query.solving.problem import OFF
+from query.solving.widths import WidthSolver
 
 
 def list_loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:

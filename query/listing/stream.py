@@ -47,7 +47,8 @@ from query.listing.table import (
 )
 from query.recognise import reread_fill
 from query.request import FillRequest, admits
-from query.solving.widths import WidthProblem, WidthSolver, build_width_problem
+from query.solving.problem import WidthProblem, build_width_problem
+from query.solving.widths import WidthSolver
 
 #: Variants of a fill that are counted unless told otherwise.
 MOST_COUNTED = 25

@@ -28,8 +28,8 @@ from query.marks.marked import MarkedClass, load_marked_family, mark_patterns
 from query.marks.markplaces import MOST_SLOTS
 from query.marks.patterntable import PatternTable
 from query.orientation import list_chord_symmetries, list_corners_seen, list_orientations
+from query.solving.problem import Labels
 from query.solving.systems import SignatureRows
-from query.solving.widths import Labels
 
 #: Ids (k,) int64 -> the patches (k,) int64 in which these patterns were seen.
 Frequencies = Callable[[NDArray[np.int64]], NDArray[np.int64]]

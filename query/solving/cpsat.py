@@ -26,7 +26,7 @@ from patterndb.system.deadline import LOOK_SECONDS, begin_task
 from patterndb.system.extras import require_extra
 from query.cancellation import CancelFlag, raise_if_cancelled, wait_unless_cancelled
 from query.errors import SolverError
-from query.solving.widths import OFF, BestWidths, Labels, WidthProblem, WidthSolver
+from query.solving.problem import OFF, BestWidths, Labels, WidthProblem
 
 
 def _cp_model() -> Any:
@@ -243,26 +243,31 @@ def _list_models(
 
 
 def filter_feasible(
-    solver: WidthSolver, labels: Labels, rows: NDArray[np.int64], allowed: NDArray[np.bool_]
+    problem: WidthProblem,
+    labels: Labels,
+    rows: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    cancelled: CancelFlag,
+    threads: int | None,
 ) -> NDArray[np.bool_]:
-    """Do :meth:`WidthSolver.find_feasible`, with the orientations (r, o) bool; a millisecond or so
-    for every system.
+    """Do :meth:`query.solving.widths.WidthSolver.find_feasible`; about a millisecond a system.
+
+    allowed: (r, o) bool.
 
     Cancelled, it raises QueryCancelledError.
     """
-    cancelled = solver.cancelled
 
     def fits(at: tuple[int, int]) -> bool:
         raise_if_cancelled(cancelled)
         row, orientation = at
         pattern = _Pattern.of_row(labels, int(rows[row]))
-        models = _list_models(pattern, solver.problem, orientation, cancelled)
+        models = _list_models(pattern, problem, orientation, cancelled)
         return any(model.is_feasible() for model in models)
 
     result = allowed.copy()
     places = [(r, o) for r, o in np.argwhere(allowed).tolist()]
     found: list[bool] = []
-    with ThreadPoolExecutor(solver.threads or os.cpu_count() or 1) as pool:
+    with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         try:
             # All at once would take long to hand over, and to take back.
             while len(found) < len(places):
@@ -275,13 +280,14 @@ def filter_feasible(
 
 
 def list_best(
-    solver: WidthSolver,
+    problem: WidthProblem,
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
     keep: int,
+    cancelled: CancelFlag,
 ) -> BestWidths:
-    """Do :meth:`WidthSolver.find_best`; lists every solution before it takes the best.
+    """Do :meth:`query.solving.widths.WidthSolver.find_best`, by a list of every solution.
 
     Cancelled, it raises QueryCancelledError.
     """
@@ -291,10 +297,10 @@ def list_best(
         sides = pattern.sides
         of_row: list[tuple[int, tuple[int, ...], int]] = []
         for o in np.flatnonzero(allowed[r]).tolist():
-            weights = [int(solver.problem.weights[o, i, j]) for i, j in sides]
+            weights = [int(problem.weights[o, i, j]) for i, j in sides]
             # The fewest edges that each of the widths is off.
             least: dict[tuple[int, ...], int] = {}
-            for model in _list_models(pattern, solver.problem, o, solver.cancelled):
+            for model in _list_models(pattern, problem, o, cancelled):
                 for values in model.enumerate():
                     widths, off = values[: len(sides)], sum(map(abs, values[len(sides) :]))
                     least[widths] = min(off, least.get(widths, off))

@@ -25,7 +25,8 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
 from query.identity import is_mesh
 from query.placing.laplace import HeldQuads
-from query.solving.widths import Labels, WidthProblem, WidthSolver
+from query.solving.problem import Labels, WidthProblem
+from query.solving.widths import WidthSolver
 
 #: One step changes the width of a polychord by this much at most. Circuits of a graph, which the
 #: least changes are, pass an edge twice at most.

@@ -12,7 +12,8 @@ from query import Boundary
 from query.listing.table import get_strict_table
 from query.request import PatternFilter
 from query.solving import feasibility
-from query.solving.widths import WidthSolver, build_width_problem
+from query.solving.problem import build_width_problem
+from query.solving.widths import WidthSolver
 from tests.support.query.cases import (
     KIND,
     Chords,

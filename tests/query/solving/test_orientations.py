@@ -13,8 +13,9 @@ from query.listing.table import get_strict_table
 from query.orientation import list_orientations
 from query.request import PatternFilter
 from query.solving import feasibility
+from query.solving.problem import build_width_problem
 from query.solving.systems import systems_of
-from query.solving.widths import WidthSolver, build_width_problem
+from query.solving.widths import WidthSolver
 from tests.query.solving.test_feasibility import boundaries
 from tests.support.query.cases import (
     Chords,

@@ -24,7 +24,8 @@ from query import Boundary, Fill, Fills
 from query.boundary import CornerKind
 from query.listing.table import StrictTable
 from query.orientation import list_corners_seen
-from query.solving.widths import Labels, WidthProblem, WidthSolver, build_width_problem
+from query.solving.problem import Labels, WidthProblem, build_width_problem
+from query.solving.widths import WidthSolver
 from tests.support.reference.code import Code, mirrored, rooted_code
 from tests.support.reference.halfedge import Quads, as_complex, border_loop, fans, twins
 from tests.support.shared import GOLDEN

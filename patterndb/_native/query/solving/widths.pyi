@@ -3,7 +3,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from query.cancellation import CancelFlag
-from query.solving.widths import Labels, WidthProblem
+from query.solving.problem import Labels, WidthProblem
 
 def filter_stroke_feasible(
     labels: Labels,
