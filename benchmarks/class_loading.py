@@ -17,7 +17,7 @@ from typing import Any
 
 import patterndb
 from patterndb.core import description as d
-from patterndb.store import reading
+from patterndb.store import classes
 from patterndb.store.connection import connect
 
 CLASSES = (4, 5, 6, 8, 12)
@@ -38,7 +38,7 @@ def main() -> None:
 
         return run
 
-    reading.restore = timed("restore", reading.restore)
+    classes.restore = timed("restore", classes.restore)
     d.describe_symbols = timed("describe", d.describe_symbols)
     starter = patterndb.open()
     starter.content_hash()  # unpacks it
@@ -51,7 +51,7 @@ def main() -> None:
             for _ in range(given.runs + 1):  # the first warms up
                 spent.update(restore=0.0, describe=0.0)
                 began = time.process_time()
-                n_patterns = len(reading.load_class(connection, n_sides))
+                n_patterns = len(classes.load_class(connection, n_sides))
                 took = time.process_time() - began
                 rows.append((took, spent["restore"], spent["describe"]))
             cells = " | ".join(
