@@ -9,7 +9,7 @@ One more filter is one more field whose annotation has a :class:`Filter`. It nee
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
 
@@ -27,7 +27,7 @@ from patterndb.system.requests import (
     option,
 )
 from query.errors import InvalidQueryError
-from query.listing.orders import ORDERS
+from query.listing.orders import ORDERS, describe_orders
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,6 +61,10 @@ POOL = 400
 
 #: Fills that are listed by default.
 LIMIT = 20
+
+
+#: More threads than this help no search.
+Threads = Annotated[int, Meta(ge=1, le=1024, description="a whole number from 1 to 1,024")]
 
 
 class FilterColumns(Protocol):
@@ -252,6 +256,58 @@ class PatternFilter(Request, frozen=True, kw_only=True):
         )
 
 
+class PatternRequest(PatternFilter, frozen=True, kw_only=True):
+    """Everything that lists of patterns can be asked for."""
+
+    n_sides: Annotated[
+        Count | None,
+        option("Only patterns of N sides.", flag="--class", metavar="N", section="filter"),
+    ] = None
+    convex: Annotated[
+        bool | None,
+        option(
+            "Only patterns without reflex corner.",
+            hint="give True, False, or None for either",
+            section="filter",
+            rule=Filter(lambda columns, wanted: (columns.n_reflex == 0) == wanted),
+        ),
+    ] = None
+
+
+class ClassSource(Protocol):
+    """What listing patterns needs of a database."""
+
+    def sides_histogram(self) -> dict[int, int]: ...
+    def pattern_class(self, n_sides: int) -> PatternClass: ...
+    def pattern_ids(
+        self,
+        n_sides: int | None,
+        meshes: Sequence[str] | None = None,
+        licences: Sequence[str] | None = None,
+    ) -> NDArray[np.int64]: ...
+
+
+def choose_patterns(
+    source: ClassSource, request: PatternRequest
+) -> Iterator[tuple[PatternClass, NDArray[np.int64]]]:
+    """Yield the classes of a database, each with the rows (r,) int64 of the patterns that pass.
+
+    Raises NotFoundError for a mesh or a licence that the database does not have.
+    """
+    import numpy as np
+
+    ids = None
+    if request.meshes or request.licences:
+        ids = source.pattern_ids(request.n_sides, request.meshes, request.licences)
+    chosen = request.n_sides
+    for n in source.sides_histogram() if chosen is None else (chosen,):
+        held = source.pattern_class(n)
+        passes = request.admit_patterns(held) & request.admit_fits(held)
+        if ids is not None:
+            passes &= np.isin(held.ids, ids)
+        yield held, np.flatnonzero(passes)
+
+
 class FillRequest(PatternFilter, frozen=True, kw_only=True):
     """Everything that :func:`query.fills` can be asked about a boundary."""
 
@@ -294,6 +350,7 @@ class FillRequest(PatternFilter, frozen=True, kw_only=True):
         option(
             "No fills but of patterns that the database holds.",
             flag="--learned-only",
+            constant=("learned", "imported"),
             hint="choose of learned, imported, family, constructed",
             section="filter",
             rule=Filter(
@@ -304,7 +361,7 @@ class FillRequest(PatternFilter, frozen=True, kw_only=True):
     ] = None
     order: Annotated[
         OrderName | None,
-        option("What comes first.", hint=f"there are {', '.join(ORDERS)}", section="order"),
+        option(describe_orders(), section="order"),
     ] = None
     use_counts: Annotated[
         bool,
@@ -348,7 +405,7 @@ class FillRequest(PatternFilter, frozen=True, kw_only=True):
         ),
     ] = "kernel"
     threads: Annotated[
-        Positive | None,
+        Threads | None,
         option("Threads; one a core.", flag="--jobs", metavar="N", section="search"),
     ] = None
 

@@ -11,7 +11,7 @@ import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, ClassVar, TypeVar, cast
+from typing import Annotated, Any, ClassVar, Literal, TypeVar, cast, get_args, get_origin
 
 import msgspec
 from msgspec import Meta, ValidationError
@@ -51,6 +51,7 @@ class OptionText:
     metavar: the placeholder for the value in the help.
     hint: the end of the message about an invalid value.
     section: the part of a command's help that it belongs to.
+    constant: the value that a flag of the command line stands for; None for other options.
     """
 
     help: str
@@ -58,6 +59,7 @@ class OptionText:
     metavar: str = ""
     hint: str = ""
     section: str = ""
+    constant: object = None
 
 
 def option(
@@ -67,13 +69,15 @@ def option(
     metavar: str = "",
     hint: str = "",
     section: str = "",
+    constant: object = None,
     rule: object = None,
 ) -> Meta:
     """Annotate a field of a request as an option; see :class:`OptionText`.
 
     rule: what the option means to those that answer the request, kept as :attr:`Option.rule`.
     """
-    return Meta(extra={"text": OptionText(help, flag, metavar, hint, section), "rule": rule})
+    text = OptionText(help, flag, metavar, hint, section, constant)
+    return Meta(extra={"text": text, "rule": rule})
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +101,11 @@ class Option:
     def flag(self) -> str:
         """Its name on the command line; both names, with a slash, of a flag with two."""
         return self.text.flag or "--" + self.name.replace("_", "-")
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The values of a choice, in the order of their declaration; empty for other options."""
+        return _find_choices(self.annotation)
 
     def convert(self, value: object, error: type[PatternDBError]) -> object:
         """Return a valid value as the field has it: lists and sets become tuples.
@@ -123,7 +132,7 @@ class Option:
             return f"{self.name} is more than {most:,}, the most; give less"
         hint = self.text.hint
         if not hint and isinstance(self.type, LiteralType):
-            hint = f"there are {', '.join(map(str, self.type.values))}"
+            hint = f"there are {', '.join(self.choices)}"
         if not hint and isinstance(self.type, IntType) and self.type.ge is not None:
             hint = f"the least is {self.type.ge}"
             hint += ", None leaves it open" if self.optional else ""
@@ -199,6 +208,12 @@ def list_options(kind: type[Request]) -> dict[str, Option]:
             rule=extra["rule"],
         )
     return found
+
+
+def _find_choices(annotation: Any) -> tuple[str, ...]:
+    if get_origin(annotation) is Literal:
+        return get_args(annotation)
+    return next((found for one in get_args(annotation) if (found := _find_choices(one))), ())
 
 
 def strip_type(kind: Type) -> Type:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from patterndb.system.numbers import MOST_EDGES
 from patterndb_app.cli.fill import record_accepted
 from patterndb_app.cli.options import (
     Count,
@@ -23,11 +22,13 @@ from patterndb_app.cli.options import (
     may_overwrite,
     open_database,
     picture_path,
+    request_options,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.search import Corners
 from patterndb_app.cli.text import say
+from query.request import FillRequest
 
 if TYPE_CHECKING:
     from query import Boundary, Stroke
@@ -56,14 +57,7 @@ if TYPE_CHECKING:
     type=Corners(),
     help="With --sides: c convex, r reflex, where each side begins.",
 )
-@click.option(
-    "--tolerance",
-    type=Count(0, MOST_EDGES),
-    default=1,
-    show_default=True,
-    metavar="K",
-    help="Edges that a strand's ends may be off its stroke's.",
-)
+@request_options(FillRequest, "tolerance")
 @click.option(
     "--rank",
     type=Count(1),

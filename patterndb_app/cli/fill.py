@@ -33,9 +33,8 @@ from patterndb_app.cli.search import (
     SEARCH_OPTIONS,
     FillListing,
     ListedFill,
-    find_fills,
     find_ranked,
-    search_arguments,
+    read_search,
     search_options,
 )
 from patterndb_app.cli.text import plural, say, write_json
@@ -108,7 +107,7 @@ def fill(
     output: Path,
     as_json: bool,
     time_limit: float | None,
-    **search: Any,
+    **given: Any,
 ) -> int:
     """Fill a boundary in space: place its best fill, or the K-th, and write it as OBJ.
 
@@ -134,7 +133,7 @@ def fill(
     """
     if record and db is None:
         raise click.UsageError("--record needs --db: the starter database cannot be changed")
-    chosen_fills = search_arguments(search, server)
+    search = read_search(given, server)
     # Imported here because --help need not wait for it.
     from query.boundaryfile import read_boundary, read_strokes
     from query.placing import Surface, enclose_region, place
@@ -156,16 +155,15 @@ def fill(
         except InvalidBoundaryError as error:
             raise InvalidBoundaryError(f"{boundary}, on {surface}: {error}") from error
         void = find_void(region, base, list_border_sides(base), asked.points)
-    options: dict[str, Any] = {"limit": rank, "strokes": drawn, **chosen_fills}
-    tolerance = options["tolerance"]
+    tolerance = search.request.tolerance
     see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"
     from patterndb_app.cli.obj import write_placed_fill
 
     with limit_command(time_limit), open_source(db, server) as source:
         started = perf_counter()
-        found = find_fills(source, asked, **options)
-        what = "pattern" if options["folded"] else "fill"
-        hint = f"{'; --flat counts every fill' if options['folded'] else ''}; {see}"
+        found = search.find(source, asked, limit=rank, strokes=drawn)
+        what = "pattern" if search.folded else "fill"
+        hint = f"{'; --flat counts every fill' if search.folded else ''}; {see}"
         chosen = find_ranked(FillListing(source, found), rank, what, hint)
         found_at = perf_counter()
         placement = run_until_late(

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -23,21 +23,20 @@ from patterndb_app.cli.options import (
     as_json,
     dbs_to_read,
     limit_command,
-    max_irregular_option,
+    list_flags,
     may_overwrite,
     open_database,
-    provenance_options,
+    read_options,
+    request_options,
     time_limit_option,
-    valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say, table, tell_left_over, write, write_json_with
+from query.request import PatternRequest, choose_patterns
 
 if TYPE_CHECKING:
     from patterndb.core.pattern import Pattern
     from patterndb.store import Database, DatabaseUnion
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,65 +55,16 @@ class ListedPattern:
         return {**self.pattern.to_json(), "meshes": self.meshes, "uses": self.uses}
 
 
-_CHOICE = (
-    click.option("--class", "n_sides", type=Count(), metavar="N", help="Only patterns of N sides."),
-    click.option("--convex", is_flag=True, help="Only patterns without reflex corner."),
-    max_irregular_option,
-    valence_option,
-    click.option("--max-quads", type=Count(1), metavar="N", help="Of at most N quads."),
-    *provenance_options,
-)
-
-#: The section of the help that these options are in.
-CHOICE_OPTIONS = (
-    "--class",
-    "--convex",
-    "--max-irregular",
-    "--valence",
-    "--max-quads",
-    "--min-frequency",
-    "--from-mesh",
-    "--from-licence",
-)
+#: The section of the help that the options which choose patterns are in.
+CHOICE_OPTIONS = list_flags(PatternRequest, "filter")
 
 
-def choice_options(verb: F) -> F:
-    """Give a verb the options that :func:`choose_patterns` understands."""
-    for option in reversed(_CHOICE):
-        verb = option(verb)
-    return verb
-
-
-def choose_patterns(
-    database: Database | DatabaseUnion, choice: dict[str, Any]
+def list_chosen(
+    database: Database | DatabaseUnion, request: PatternRequest
 ) -> Iterator[ListedPattern]:
-    """Choose patterns by the options of :func:`choice_options`: class by class, the fewest
-    irregular vertices first, then the most frequent."""
-    # Imported here because --help need not wait for it.
-    import numpy as np
-
-    from query.request import PatternFilter
-
-    n_sides = choice["n_sides"]
-    ids = None
-    if choice["from_mesh"] or choice["from_licence"]:
-        ids = database.pattern_ids(
-            n_sides, choice["from_mesh"] or None, choice["from_licence"] or None
-        )
-    asked = PatternFilter(
-        max_irregular=choice["max_irregular"],
-        valence=choice["valence"],
-        max_quads=choice["max_quads"],
-        min_frequency=choice["min_frequency"],
-    )
-    for n in database.sides() if n_sides is None else (n_sides,):
-        held = database.pattern_class(n)
-        passes = asked.admit_patterns(held) & asked.admit_fits(held)
-        if ids is not None:
-            passes &= np.isin(held.ids, ids)
-        if choice["convex"]:
-            passes &= held.n_reflex == 0
-        for row in passes.nonzero()[0].tolist():
+    """Yield patterns by class, the fewest irregular vertices first, then the most frequent."""
+    for held, rows in choose_patterns(database, request):
+        for row in rows.tolist():
             yield ListedPattern(held.pattern(row), int(held.n_meshes[row]), int(held.uses[row]))
 
 
@@ -126,7 +76,7 @@ def choose_patterns(
         "How": ("--db", "--time-limit", "--json"),
     },
 )
-@choice_options
+@request_options(PatternRequest)
 @click.option(
     "--limit",
     type=Count(1),
@@ -150,7 +100,8 @@ def list_(
     patterndb list --max-irregular 1 --limit 100 --db my.db --json
     """
     with limit_command(time_limit), open_database(db) as database:
-        chosen = PatternListing(database, choice, limit)
+        request = PatternRequest(**read_options(PatternRequest, choice))
+        chosen = PatternListing(database, request, limit)
         if as_json:
             first = next(chosen, None)
             if first is None:
@@ -190,20 +141,20 @@ class PatternListing(Iterator[ListedPattern]):
     """
 
     def __init__(
-        self, database: Database | DatabaseUnion, choice: dict[str, Any], limit: int | None
+        self, database: Database | DatabaseUnion, request: PatternRequest, limit: int | None
     ) -> None:
         self.truncated = False
         self.complete = True
-        self._source = self._list(database, choice, limit)
+        self._source = self._list(database, request, limit)
 
     def __next__(self) -> ListedPattern:
         return next(self._source)
 
     def _list(
-        self, database: Database | DatabaseUnion, choice: dict[str, Any], limit: int | None
+        self, database: Database | DatabaseUnion, request: PatternRequest, limit: int | None
     ) -> Iterator[ListedPattern]:
         try:
-            for count, one in enumerate(choose_patterns(database, choice)):
+            for count, one in enumerate(list_chosen(database, request)):
                 if count == limit:
                     self.truncated = True
                     return
@@ -235,7 +186,7 @@ class PatternListing(Iterator[ListedPattern]):
     },
 )
 @click.argument("output", metavar="OUTPUT", type=FileName(reads=False, writes=True))
-@choice_options
+@request_options(PatternRequest)
 @click.option("--limit", type=Count(1), metavar="N", help="Write at most N.")
 @dbs_to_read
 @may_overwrite
@@ -270,7 +221,8 @@ def export(
             f"there is no folder {output.parent} to write into", param_hint="'OUTPUT'"
         )
     with limit_command(time_limit), open_database(db) as database:
-        chosen = PatternListing(database, choice, limit)
+        request = PatternRequest(**read_options(PatternRequest, choice))
+        chosen = PatternListing(database, request, limit)
         first = next(chosen, None)
         if first is None:
             raise chosen.say_none()

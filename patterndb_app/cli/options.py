@@ -6,18 +6,20 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from collections.abc import Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 import click
 from click.shell_completion import CompletionItem
+from msgspec.inspect import BoolType, FloatType, IntType, TupleType, VarTupleType
 
 from patterndb import STARTER_NAME
 from patterndb.system.deadline import limit_time
 from patterndb.system.extras import require_extra
 from patterndb.system.numbers import MOST_COUNT
+from patterndb.system.requests import Option, Request, list_options, strip_type
 from patterndb_app.cli.progressline import ProgressLine
 from patterndb_app.cli.text import say
 
@@ -32,6 +34,9 @@ if TYPE_CHECKING:
     ParamType = click.ParamType[Any, Any]
 else:
     ParamType = click.ParamType
+
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 class Count(click.IntRange):
@@ -488,38 +493,64 @@ def require_viewer(ctx: click.Context, param: click.Parameter, value: bool) -> b
     return value
 
 
-max_irregular_option = click.option(
-    "--max-irregular",
-    type=Count(),
-    metavar="K",
-    help="Only patterns with at most K irregular vertices.",
-)
+def request_options(kind: type[Request], *names: str) -> Callable[[F], F]:
+    """Give a verb the options of a request on the command line.
 
-valence_option = click.option(
-    "--valence", type=Range(), help="Only irregular vertices of these valences."
-)
+    names: the options; those that belong to a section of the help if none is given. Values come
+    to the verb by the names of the fields; :func:`read_options` takes them.
+    """
+    every = list_options(kind)
+    chosen = names or [name for name, one in every.items() if one.text.section]
 
-#: By where patterns were seen.
-provenance_options = (
-    click.option(
-        "--min-frequency",
-        type=Count(1),
-        metavar="N",
-        help="Only patterns seen in at least N patches.",
-    ),
-    click.option(
-        "--from-mesh",
-        multiple=True,
-        metavar="NAME",
-        help="Only patterns that this mesh has; may be given again.",
-    ),
-    click.option(
-        "--from-licence",
-        multiple=True,
-        metavar="LICENCE",
-        help="Only patterns of meshes under this licence, * for anything; may be given again.",
-    ),
-)
+    def add_options(verb: F) -> F:
+        for name in reversed(chosen):
+            verb = _make_option(every[name])(verb)
+        return verb
+
+    return add_options
+
+
+def _make_option(one: Option) -> Callable[[F], F]:
+    """Make the option of the command line that an option of a request is."""
+    extra: dict[str, Any] = {}
+    least, most = getattr(one.type, "ge", None), getattr(one.type, "le", None)
+    if isinstance(one.type, BoolType):
+        extra = {"is_flag": True, "default": one.default}
+    elif one.text.constant is not None:
+        extra = {"is_flag": True, "flag_value": one.text.constant, "type": click.UNPROCESSED}
+    elif one.choices:
+        extra = {"type": click.Choice(one.choices)}
+    elif isinstance(one.type, IntType):
+        extra = {"type": Count(least or 0, MOST_COUNT if most is None else most)}
+    elif isinstance(one.type, FloatType):
+        extra = {"type": click.FloatRange(least, most)}
+    elif isinstance(one.type, TupleType):
+        extra = {"type": Range(getattr(strip_type(one.type.item_types[0]), "ge", 0))}
+    elif isinstance(one.type, VarTupleType):
+        extra = {"multiple": True}
+    if not extra.keys() & {"is_flag", "default", "multiple"} and one.default is not None:
+        shown = not isinstance(one.default, tuple)
+        extra |= {"default": one.default, "show_default": True} if shown else {}
+    metavar = one.text.metavar or None
+    return click.option(one.flag, one.name, help=one.text.help, metavar=metavar, **extra)
+
+
+def read_options(kind: type[Request], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options of a request that were given on the command line.
+
+    given: the values that the verb has, also those of other options.
+    """
+    return {
+        name: given[name]
+        for name in list_options(kind)
+        if name in given and given[name] is not None and given[name] != ()
+    }
+
+
+def list_flags(kind: type[Request], section: str) -> tuple[str, ...]:
+    """List the options of a request in a section of the help, as they are written there."""
+    every = list_options(kind).values()
+    return tuple(one.flag.split("/")[0] for one in every if one.text.section == section)
 
 
 def three_numbers(text: str) -> tuple[float, float, float] | None:

@@ -7,7 +7,7 @@ import glob
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -20,23 +20,25 @@ from patterndb_app.cli.options import (
     boundary_of,
     db_to_read,
     limit_command,
-    max_irregular_option,
+    list_flags,
     may_overwrite,
     open_database,
     picture_path,
+    read_options,
+    request_options,
     time_limit_option,
-    valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.search import (
     FillListing,
+    FillSearch,
     ListedFill,
-    find_fills,
     find_ranked,
     format_variants,
 )
 from patterndb_app.cli.text import plural, say, tell_left_over
+from query.request import FillRequest, PatternRequest, choose_patterns
 
 if TYPE_CHECKING:
     from patterndb.core.disk import Disk
@@ -111,7 +113,7 @@ def show(
         else:
             assert sides is not None
             boundary = boundary_of(sides, closed)
-            found = find_fills(database, boundary, limit=rank, folded=not flat)
+            found = FillSearch(FillRequest(limit=rank), not flat).find(database, boundary)
             one = find_ranked(FillListing(database, found), rank, "fill" if flat else "pattern")
             card = make_fill_card(one.fill, boundary, rank=rank)
         save_picture(output, card, tinted=not plain)
@@ -133,19 +135,15 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     cls=SectionedCommand,
     sections={
         "What is drawn": (
-            "--class",
             "--sides",
             "--closed",
             "--flat",
-            "--convex",
-            "--max-irregular",
-            "--valence",
+            *list_flags(PatternRequest, "filter"),
             "--db",
         ),
         "Sheet": ("-o", "--overwrite", "--limit", "--per-page", "--plain", "--time-limit"),
     },
 )
-@click.option("--class", "n_sides", type=Count(), metavar="N", help="Patterns with N sides.")
 @click.option("--sides", type=Numbers(), help="The fills of this boundary instead.")
 @click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
 @db_to_read
@@ -166,9 +164,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     help="Draw at most N.",
 )
 @flat_option
-@click.option("--convex", is_flag=True, help="With --class: only patterns without reflex corner.")
-@max_irregular_option
-@valence_option
+@request_options(PatternRequest)
 @click.option(
     "--per-page",
     type=Count(1, 200),
@@ -181,19 +177,16 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
 @time_limit_option
 @may_overwrite
 def gallery(
-    n_sides: int | None,
     sides: tuple[int, ...] | None,
     closed: bool,
     db: Path | None,
     output: Path,
     limit: int,
     flat: bool,
-    convex: bool,
-    max_irregular: int | None,
-    valence: tuple[int, int] | None,
     per_page: int,
     plain: bool,
     time_limit: float | None,
+    **given: Any,
 ) -> int:
     """Draw a contact sheet: the patterns of a class, or the fills of a boundary.
 
@@ -201,37 +194,26 @@ def gallery(
     patterndb gallery --class 5 --limit 40 -o five.png
     patterndb gallery --sides 3,5,4,6 --max-irregular 4 -o fills.svg
     """
-    if (n_sides is None) == (sides is None):
+    request = PatternRequest(**read_options(PatternRequest, given))
+    if (request.n_sides is None) == (sides is None):
         raise click.UsageError("give either --class or --sides")
-    if convex and n_sides is None:
+    if request.convex and sides is not None:
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query.request import NO_DOUBLETS, PatternFilter
     from viewer import Card
     from viewer.gallery import GallerySheet
 
     with limit_command(time_limit), open_database(db) as database:
         if sides is not None:
             boundary = boundary_of(sides, closed)
-            found = find_fills(
-                database,
-                boundary,
-                limit=limit,
-                folded=not flat,
-                max_irregular=max_irregular,
-                valence=valence or NO_DOUBLETS,
-            )
+            options = read_options(FillRequest, {**given, "limit": limit})
+            found = FillSearch(FillRequest(**options), not flat).find(database, boundary)
             listing = FillListing(database, found, counts_variants=not flat)
             return _draw_fills(
                 listing, FillSheet(output, boundary, per_page=per_page, tinted=not plain)
             )
-        assert n_sides is not None
-        chosen = database.pattern_class(n_sides)
-        asked = PatternFilter(max_irregular=max_irregular, valence=valence)
-        passes = asked.admit_patterns(chosen) & asked.admit_fits(chosen)
-        if convex:
-            passes &= chosen.n_reflex == 0
-        rows = passes.nonzero()[0].tolist()
+        ((chosen, passing),) = choose_patterns(database, request)
+        rows, n_sides = passing.tolist(), chosen.n_sides
         if not rows:
             raise NotFoundError(f"the database has no such pattern of {plural(n_sides, 'side')}")
         shown = rows[:limit]

@@ -14,7 +14,6 @@ from patterndb.system.deadline import is_late, refuse_if_late
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
-    Count,
     DatabaseChoice,
     FileName,
     Numbers,
@@ -25,6 +24,7 @@ from patterndb_app.cli.options import (
     may_overwrite,
     open_source,
     picture_path,
+    request_options,
     server_to_ask,
 )
 from patterndb_app.cli.program import SectionedCommand, name_options
@@ -35,12 +35,12 @@ from patterndb_app.cli.search import (
     TIME_LIMIT,
     Corners,
     FillListing,
+    FillSearch,
     FlowParam,
     ListedFill,
     describe_stop,
-    find_fills,
     format_variants,
-    search_arguments,
+    read_search,
     search_options,
     strokes_of,
 )
@@ -54,6 +54,7 @@ from patterndb_app.cli.text import (
     write_json,
     write_json_with,
 )
+from query.request import FillRequest
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -102,14 +103,7 @@ LONGEST_LINE = 32_000_000
 )
 @dbs_to_read
 @server_to_ask
-@click.option(
-    "--limit",
-    type=Count(1),
-    default=20,
-    show_default=True,
-    metavar="N",
-    help="List at most N fills.",
-)
+@request_options(FillRequest, "limit")
 @search_options
 @as_json
 @click.option(
@@ -134,12 +128,11 @@ def query(
     batch: Path | None,
     db: DatabaseChoice,
     server: str | None,
-    limit: int,
     as_json: bool,
     obj: Path | None,
     image: Path | None,
     time_limit: float | None,
-    **search: Any,
+    **given: Any,
 ) -> int:
     """Find the fills of a boundary, best first.
 
@@ -163,21 +156,21 @@ def query(
         raise click.UsageError("with --batch every line has its own corners, strokes and loops")
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
-    arguments = {"limit": limit, **search_arguments(search, server)}
+    search = read_search(given, server)
     with limit_command(time_limit), open_source(db, server) as database:
         if batch is not None:
-            return run_batch(batch, database, arguments, obj, image)
+            return run_batch(batch, database, search, obj, image)
         assert sides is not None
         boundary = boundary_of(sides, closed, corners)
         strokes = strokes_of(flows, loops)
-        return _one(database, boundary, strokes, arguments, as_json, obj, image)
+        return _one(database, boundary, strokes, search, as_json, obj, image)
 
 
 def _one(
     source: Database | DatabaseUnion | RemoteDatabase,
     boundary: Boundary,
     strokes: list[Stroke],
-    arguments: dict[str, Any],
+    search: FillSearch,
     as_json: bool,
     obj: Path | None,
     image: Path | None,
@@ -185,10 +178,10 @@ def _one(
     started = perf_counter()
     from query import Fills
 
-    folded = arguments["folded"]
-    found = find_fills(source, boundary, strokes=strokes, **arguments)
+    folded = search.folded
+    found = search.find(source, boundary, strokes=strokes)
     listing = FillListing(source, found, counts_variants=folded)
-    kept = KeptFills(boundary, strokes, arguments["tolerance"], obj, image)
+    kept = KeptFills(boundary, strokes, search.request.tolerance, obj, image)
 
     def count_feasible() -> int | None:
         # One more search, which a service is not asked for.
@@ -217,7 +210,7 @@ def _one(
             short = found.cut_short if folded and isinstance(found, Fills) else found.truncated
             more = f"; there are more {'patterns' if folded else 'fills'} than these"
             more = more if short and found.complete else describe_stop(found)
-            limit = " (--limit)" if short and len(rows) == arguments["limit"] else ""
+            limit = " (--limit)" if short and len(rows) == search.request.limit else ""
             say(f"{told} ({seconds:.2f} s){more}{limit}")
             if any(row.variants for row in rows):
                 say("+: more fills of the pattern, listed by --pattern NAME; all fills by --flat")
@@ -385,7 +378,7 @@ class KeptFills:
 def run_batch(
     path: Path,
     database: Database | DatabaseUnion | RemoteDatabase,
-    arguments: dict[str, Any],
+    search: FillSearch,
     obj: Path | None = None,
     image: Path | None = None,
 ) -> int:
@@ -416,7 +409,7 @@ def run_batch(
                 unanswered += 1
                 write_json({**head, "fills": [], **NOT_ASKED})
                 continue
-            found = find_fills(database, boundary, strokes=strokes, **arguments)
+            found = search.find(database, boundary, strokes=strokes)
         except TimeLimitError:
             unanswered += 1
             write_json({"line": number, **read_id(line), "fills": [], **NOT_ASKED})
@@ -429,7 +422,7 @@ def run_batch(
         listing = FillListing(database, found)
         folder = None if obj is None else obj / f"line-{number:03}"
         sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
-        kept = KeptFills(boundary, strokes, arguments["tolerance"], folder, sheet)
+        kept = KeptFills(boundary, strokes, search.request.tolerance, folder, sheet)
 
         def end(listing: FillListing = listing) -> dict[str, object]:
             return {**listing.to_json(), "seconds": round(listing.found.seconds, 4)}

@@ -8,33 +8,32 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Protocol
 
 import click
 
 from patterndb.errors import NotFoundError
 from patterndb.system.deadline import get_deadline, is_late
 from patterndb.system.extras import require_extra
-from patterndb.system.numbers import MOST_EDGES
+from patterndb.system.requests import list_options
 from patterndb_app.cli.options import (
     Count,
+    F,
     ParamType,
-    Range,
-    max_irregular_option,
-    provenance_options,
+    list_flags,
+    read_options,
+    request_options,
     time_limit_option,
-    valence_option,
 )
 from patterndb_app.cli.program import name_options
 from patterndb_app.cli.text import plural
+from query.request import FillRequest
 
 if TYPE_CHECKING:
     from patterndb.store import Database, DatabaseUnion, MemberOccurrence
     from patterndb_app.client.remote import RemoteDatabase, RemoteFills
     from query import Boundary, Fill, Fills, Stroke
     from query.stroke import BoundaryEdge
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 #: What --corners takes for each kind.
 KINDS = {"c": "convex", "convex": "convex", "r": "reflex", "reflex": "reflex"}
@@ -81,34 +80,6 @@ class FlowParam(ParamType):
         return (a, i), (b, j)
 
 
-class OrderChoice(click.Choice[str]):
-    """The names of the orders that there are, loaded when they are asked for."""
-
-    def __init__(self) -> None:
-        self.case_sensitive = True
-
-    @property
-    def choices(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
-        from query.listing.orders import ORDERS
-
-        return tuple(ORDERS)
-
-
-class OrderOption(click.Option):
-    """The option --order, whose help says what comes first in every order."""
-
-    @property
-    def help(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
-        from query.listing.orders import describe_orders
-
-        return describe_orders()
-
-    @help.setter
-    def help(self, value: Any) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
-        # click sets what the option was given, which is nothing.
-        pass
-
-
 folded_option = click.option(
     "--folded/--flat",
     default=None,
@@ -116,189 +87,81 @@ folded_option = click.option(
     "folded; flat with --pattern and --per-pattern]",
 )
 
-_OPTIONS = (
-    click.option(
-        "--tolerance",
-        type=Count(0, MOST_EDGES),
-        default=1,
-        show_default=True,
-        metavar="K",
-        help="Edges by which strands may miss the strokes' ends.",
-    ),
-    click.option(
-        "--strict/--relaxed",
-        default=False,
-        help="Only fills with corners exactly where the boundary's are, or others too (default).",
-    ),
-    click.option(
-        "--max-boundary-irregular",
-        type=Count(),
-        default=3,
-        show_default=True,
-        metavar="K",
-        help="At most K irregular vertices on the boundary, but for constructed fills.",
-    ),
-    max_irregular_option,
-    valence_option,
-    click.option("--max-quads", type=Count(1), metavar="N", help="At most N quads."),
-    click.option(
-        "--pattern-corners",
-        type=Range(least=0),
-        help="Only patterns with so many corners.",
-    ),
-    click.option(
-        "--has-loop/--no-loop",
-        default=None,
-        help="Only patterns with a loop of quads inside, or without.",
-    ),
-    *provenance_options,
-    click.option(
-        "--learned-only",
-        is_flag=True,
-        help="No fills but of patterns that the database holds.",
-    ),
-    click.option(
-        "--use-counts",
-        is_flag=True,
-        help="Let recorded uses count like patches of meshes.",
-    ),
-    click.option(
-        "--order",
-        type=OrderChoice(),
-        cls=OrderOption,
-    ),
-    folded_option,
-    click.option(
-        "--pattern",
-        metavar="NAME",
-        help="Only fills of this pattern, by the first digits of its name: all its variants.",
-    ),
-    click.option(
-        "--per-pattern",
-        type=Count(),
-        default=0,
-        metavar="N",
-        help="List at most N fills of one pattern, with --flat; 0 for all.  [default: 0]",
-    ),
-    time_limit_option,
-    click.option(
-        "--solver",
-        type=click.Choice(["kernel", "cp-sat"]),
-        default="kernel",
-        show_default=True,
-        help="What finds the widths.",
-    ),
-    click.option("--jobs", type=Count(1, 1024), metavar="N", help="Threads; one a core."),
+_per_pattern_option = click.option(
+    "--per-pattern",
+    type=Count(),
+    default=0,
+    metavar="N",
+    help="List at most N fills of one pattern, with --flat; 0 for all.  [default: 0]",
 )
 
+#: The options of a request that the command line has in other forms.
+_OWN = ("per_pattern",)
 
 #: The sections of the help that these options are in.
-FILTER_OPTIONS = (
-    "--tolerance",
-    "--strict",
-    "--max-boundary-irregular",
-    "--max-irregular",
-    "--valence",
-    "--max-quads",
-    "--pattern-corners",
-    "--has-loop",
-    "--min-frequency",
-    "--from-mesh",
-    "--from-licence",
-    "--learned-only",
-)
-ORDER_OPTIONS = ("--order", "--use-counts", "--folded", "--pattern", "--per-pattern")
-SEARCH_OPTIONS = ("--time-limit", "--solver", "--jobs")
+FILTER_OPTIONS = list_flags(FillRequest, "filter")
+ORDER_OPTIONS = ("--folded", *list_flags(FillRequest, "order"))
+SEARCH_OPTIONS = ("--time-limit", *list_flags(FillRequest, "search"))
 
 
 def search_options(verb: F) -> F:
-    """Give a verb the options that :func:`search_arguments` understands."""
-    for option in reversed(_OPTIONS):
-        verb = option(verb)
-    return verb
+    """Give a verb the options that :func:`read_search` understands."""
+    every = list_options(FillRequest)
+    names = [name for name, one in every.items() if one.text.section and name not in _OWN]
+    for add in (time_limit_option, _per_pattern_option, folded_option):
+        verb = add(verb)
+    return request_options(FillRequest, *names)(verb)
 
 
-def search_arguments(given: dict[str, Any], server: str | None) -> dict[str, Any]:
-    """The keywords of :func:`find_fills` that the options of :func:`search_options` mean.
+@dataclass(frozen=True, slots=True)
+class FillSearch:
+    """A request of the command line. folded: is one fill of each pattern listed?"""
+
+    request: FillRequest
+    folded: bool = True
+
+    def find(
+        self, source: Database | DatabaseUnion | RemoteDatabase, boundary: Boundary, **options: Any
+    ) -> Fills | RemoteFills:
+        """Find fills as :func:`query.fills`; the time limit is the thread's deadline.
+
+        source: a database, several as one, or one of a service. options: in place of those of the
+        request.
+        """
+        from patterndb.store import Database, DatabaseUnion
+        from query import fills
+
+        if self.folded:
+            options["per_pattern"] = 1
+        if isinstance(source, Database | DatabaseUnion):
+            return fills(source, boundary, self.request, **options)
+        seconds = get_deadline() - perf_counter()
+        if seconds < math.inf:
+            options["time_limit"] = max(seconds, LEAST_SECONDS)
+        return source.fills(boundary, self.request, **options)
+
+
+def read_search(given: dict[str, Any], server: str | None) -> FillSearch:
+    """Return the search that the options of :func:`search_options` ask for.
 
     server: the service that is asked; None where the search is made here. Raises
-    MissingExtraError where what searches is not installed.
+    MissingExtraError where the solver is not installed.
     """
     if given["solver"] == "cp-sat" and server is None:
         require_extra("sketch", "--solver cp-sat")
-    arguments = {
-        name: given[name]
-        for name in (
-            "tolerance",
-            "strict",
-            "max_boundary_irregular",
-            "max_irregular",
-            "max_quads",
-            "has_loop",
-            "min_frequency",
-            "use_counts",
-            "order",
-            "solver",
-            "pattern",
-            "pattern_corners",
-        )
-    }
-    arguments["meshes"] = given["from_mesh"] or None
-    arguments["licences"] = given["from_licence"] or None
-    arguments["origins"] = ("learned", "imported") if given["learned_only"] else None
     some = bool(given["per_pattern"]) or given["pattern"] is not None
     if given["folded"] and some:
         raise click.UsageError(
             "--folded lists one fill of each pattern; leave --pattern and --per-pattern out"
         )
-    arguments["folded"] = not some if given["folded"] is None else given["folded"]
-    arguments["per_pattern"] = given["per_pattern"] or None
-    arguments["threads"] = given["jobs"]
-    if given["valence"] is not None:
-        arguments["valence"] = given["valence"]
-    return arguments
+    options = read_options(FillRequest, {**given, "per_pattern": given["per_pattern"] or None})
+    return FillSearch(
+        FillRequest(**options), not some if given["folded"] is None else given["folded"]
+    )
 
 
 #: What remains of a time limit at least when a service is asked.
 LEAST_SECONDS = 0.01
-
-
-@overload
-def find_fills(
-    source: Database | DatabaseUnion, boundary: Boundary, *, folded: bool, **arguments: Any
-) -> Fills: ...
-@overload
-def find_fills(
-    source: Database | DatabaseUnion | RemoteDatabase,
-    boundary: Boundary,
-    *,
-    folded: bool,
-    **arguments: Any,
-) -> Fills | RemoteFills: ...
-def find_fills(
-    source: Database | DatabaseUnion | RemoteDatabase,
-    boundary: Boundary,
-    *,
-    folded: bool,
-    **arguments: Any,
-) -> Fills | RemoteFills:
-    """As :func:`query.fills`, but that the pattern goes by the first digits of its name, and the
-    time limit is the command's: the thread's deadline.
-
-    source: a database, several as one, or one that a service answers for. folded: one fill of
-    each pattern.
-    """
-    from patterndb.store import Database, DatabaseUnion
-    from query import fills
-
-    if folded:
-        arguments["per_pattern"] = 1
-    if not isinstance(source, Database | DatabaseUnion):
-        seconds = get_deadline() - perf_counter()
-        if seconds < math.inf:
-            arguments["time_limit"] = max(seconds, LEAST_SECONDS)
-        return source.fills(boundary, **arguments)
-    return fills(source, boundary, **arguments)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import socket
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -16,10 +16,12 @@ import numpy as np
 
 from patterndb.errors import NotFoundError, PatternDBError
 from patterndb.system.extras import require_extra
+from patterndb.system.requests import list_changed, make_request
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.recognise import as_fill
+from query.request import FillRequest
 
 if TYPE_CHECKING:
     import httpx
@@ -112,8 +114,8 @@ class RemoteDatabase:
     def fills(
         self,
         boundary: Boundary | Iterable[int],
+        request: FillRequest | None = None,
         *,
-        strokes: Sequence[Stroke] = (),
         surface: str | None = None,
         place: bool = False,
         **options: Any,
@@ -121,15 +123,15 @@ class RemoteDatabase:
         """Find the fills of a boundary, best first, as :func:`query.fills` with these options.
 
         surface: the id of one that :meth:`keep_surface` sent, that the fills are placed on. place:
-        are they placed by the service, as :attr:`RemoteFills.placed` has them? ``pattern`` may be
-        the first digits of a name; ``threads`` is the service's own, and left out.
+        are they placed by the service, as :attr:`RemoteFills.placed` has them? The service
+        chooses the number of threads itself.
 
         Nothing is asked until the first fill is. Raises what :func:`query.fills` does, ServiceError
         where the service cannot be reached or has too much to do.
         """
         if not isinstance(boundary, Boundary):
             boundary = Boundary(boundary)
-        question = make_question(boundary, strokes, options)
+        question = make_question(boundary, make_request(FillRequest, request, options))
         if self.db is not None:
             question["db"] = self.db
         if surface is not None:
@@ -138,7 +140,7 @@ class RemoteDatabase:
         return RemoteFills(self._client, boundary, question)
 
     def best(self, boundary: Boundary | Iterable[int], **options: Any) -> Fill | None:
-        """The first of :meth:`fills`, or None; the options are the same."""
+        """Return the first of :meth:`fills`, or None; the options are the same."""
         wanted: dict[str, Any] = {"limit": 1, **options}
         return next(self.fills(boundary, **wanted), None)
 
@@ -265,28 +267,16 @@ class RemoteFills(Iterator[Fill]):
         self.reason = document["reason"]
 
 
-def make_question(
-    boundary: Boundary, strokes: Sequence[Stroke], options: Mapping[str, Any]
-) -> dict[str, Any]:
-    """The body that asks what :func:`query.fills` is asked by these arguments.
+def make_question(boundary: Boundary, request: FillRequest) -> dict[str, Any]:
+    """Return the body that asks the same as :func:`query.fills` with a request.
 
     Raises InvalidQueryError where the list is to have no limit.
     """
-    from patterndb.core.pattern import Pattern
-
-    question: dict[str, Any] = {}
-    for name, value in options.items():
-        if name == "threads":
-            continue
-        if isinstance(value, Pattern):
-            value = value.name
-        elif name == "pattern" and isinstance(value, int):
-            value = f"{value:016x}"
-        elif isinstance(value, tuple | set | frozenset):
-            value = list(cast("Iterable[object]", value))
-        question[name] = value
-    if question.get("limit", 1) is None:
+    if request.limit is None:
         raise InvalidQueryError("a service lists no fills without a limit; give one")
+    question = list_changed(request)
+    question.pop("threads", None)
+    strokes: tuple[Stroke, ...] = question.pop("strokes", ())
     question["corners"] = list(boundary.corners)
     if boundary.points is None:
         question["sides"] = list(boundary.lengths)

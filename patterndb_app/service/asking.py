@@ -37,10 +37,10 @@ async def find_fills(request: Request) -> Response:
 
     def ask(work: RequestWork) -> FillAnswer:
         question = read_fill_question(data, service.limits)
-        database = service.catalogue.find(question.db)
+        database = service.catalogue.find(question.request.db)
         surface = None
-        if question.surface is not None:
-            surface = service.surfaces.find(question.surface).surface
+        if question.request.surface is not None:
+            surface = service.surfaces.find(question.request.surface).surface
         return FillAnswer(question, database, surface, service.limits, work)
 
     if NDJSON not in request.headers.get("accept", ""):

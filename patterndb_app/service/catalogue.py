@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from patterndb.core.pattern import Pattern
     from patterndb.core.patternclass import PatternClass
     from patterndb.store import Database
 
@@ -52,6 +53,14 @@ class ServedDatabase:
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order."""
         return self._database.pattern_class(n_sides)
+
+    def pattern(self, name: str) -> Pattern:
+        """The pattern whose name begins so; NotFoundError if not exactly one."""
+        return self._database.pattern(name)
+
+    def sides_histogram(self) -> dict[int, int]:
+        """The number of patterns by number of sides."""
+        return self._database.sides_histogram()
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) int64 patches that reduce to the patterns of these ids (k,)."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import msgspec
 
-from patterndb.system.numbers import TOLERANCE
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import FillQuestion
@@ -18,9 +17,6 @@ from query.placing import Region, Surface, enclose_region, place
 
 #: Why a list ends that would be larger than the service allows.
 TOO_LARGE = "answer size"
-
-#: Threads that look for the fills of one question: the other requests at work have the others.
-THREADS = 1
 
 
 class FillAnswer:
@@ -42,15 +38,9 @@ class FillAnswer:
         # Before the search: a boundary that is nowhere near its surface is refused.
         points = question.boundary.points
         self._region: Region | None = None
-        if surface is not None and points is not None and question.place:
+        if surface is not None and points is not None and question.request.place:
             self._region = enclose_region(surface, points)
-        self._found: Fills = fills(
-            database,
-            question.boundary,
-            strokes=question.strokes,
-            threads=THREADS,
-            **question.find_options(database),
-        )
+        self._found: Fills = fills(database, question.boundary, question.request)
         work.on_end(lambda: self._found.cancel(work.stopped or GONE))
 
     @property
@@ -92,15 +82,10 @@ class FillAnswer:
         question = self._question
         document: dict[str, Any] = {**fill.to_json()}
         points = question.boundary.points
-        if points is None or not question.place:
+        asked = question.request
+        if points is None or not asked.place:
             return document
-        placement = place(
-            fill,
-            points,
-            self._region,
-            question.strokes,
-            tolerance=question.options.get("tolerance", TOLERANCE),
-        )
+        placement = place(fill, points, self._region, asked.strokes, tolerance=asked.tolerance)
         return {**document, "placed": placement.vertices.tolist(), **placement.to_json()}
 
 

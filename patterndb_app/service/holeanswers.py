@@ -12,9 +12,10 @@ from ingest.formats.files import assemble
 from patterndb.core.polygonmesh import PolygonMesh, flatten_faces
 from patterndb.errors import InvalidMeshError
 from patterndb.system.documents import JsonModel, Number, complete_points
+from patterndb.system.requests import Count, Positive, Seconds, Text
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
-from patterndb_app.service.questions import Count, Name, Positive, Seconds, read_body
+from patterndb_app.service.questions import read_body
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
 from patterndb_app.service.work import RequestWork
 from query.caprequest import CapRequest
@@ -70,7 +71,7 @@ class HoleEntries(CapRequest, rename={"only_loops": "list"}):
     weld: Positive | None = None
     only_loops: bool = False
     time_limit: Seconds | None = None
-    db: Name | None = None
+    db: Text | None = None
 
 
 def read_hole_question(data: bytes, limits: Limits) -> tuple[HoleEntries, PolygonMesh]:

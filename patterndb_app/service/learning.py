@@ -17,13 +17,14 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS
 from patterndb.store import LearningOptions, Provenance
 from patterndb.system.documents import JsonModel
+from patterndb.system.requests import Positive, Text
 from patterndb_app.service.answers import EVENTS, encode_answer
 from patterndb_app.service.asking import read_mesh_body
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.context import answer_in_thread, get_service
 from patterndb_app.service.jobs import ENDED, Job
 from patterndb_app.service.looking import Db
-from patterndb_app.service.questions import Name, Positive, read_body
+from patterndb_app.service.questions import read_body
 from patterndb_app.service.refusals import (
     MalformedRequestError,
     ReadOnlyServiceError,
@@ -36,7 +37,7 @@ from query.recognise import as_fill
 ROUTER = APIRouter()
 
 JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="What posting the mesh gave.")]
-Text = Annotated[str | None, Query(max_length=500)]
+MaybeText = Annotated[str | None, Query(max_length=500)]
 
 #: Quads of the largest patches that a job may take of a mesh, by mode. Larger ones take hours, and
 #: of basic ones, which grow fastest in number, cannot be broken off at once.
@@ -56,7 +57,7 @@ QUIET_LOOKS = 50
 class UseEntries(JsonModel):
     """An accepted fill: the name of its pattern, or the fill as it was answered."""
 
-    db: Name | None = None
+    db: Text | None = None
     pattern: Annotated[str, Meta(pattern="^[0-9a-fA-F]{2,16}$")] | None = None
     fill: dict[str, Any] | None = None
     count: Positive = 1
@@ -137,9 +138,9 @@ def find_used(entries: UseEntries, database: ServedDatabase) -> Pattern:
 async def learn_mesh(
     request: Request,
     name: Annotated[str | None, Query(max_length=100, description="What it is called.")] = None,
-    author: Text = None,
-    source: Text = None,
-    licence: Text = None,
+    author: MaybeText = None,
+    source: MaybeText = None,
+    licence: MaybeText = None,
     basic: Basic = None,
     side: Side = None,
     convex: Convex = None,

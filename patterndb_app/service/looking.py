@@ -14,7 +14,7 @@ from patterndb_app.service.answers import encode_answer
 from patterndb_app.service.context import answer_in_thread, get_service
 from patterndb_app.service.patternpages import (
     PATTERN_ORDERS,
-    PatternChoice,
+    PatternPageRequest,
     describe_pattern,
     draw_pattern,
     list_page,
@@ -169,15 +169,15 @@ async def list_patterns(
     """List the patterns of a database in pages."""
     service = get_service(request)
     database = service.catalogue.find(db)
-    choice = PatternChoice(
-        sides=sides,
+    choice = PatternPageRequest(
+        n_sides=sides,
         convex=convex,
         max_irregular=max_irregular,
         max_quads=max_quads,
         min_frequency=min_frequency,
         has_loop=has_loop,
-        mesh=tuple(mesh or ()),
-        licence=tuple(licence or ()),
+        meshes=tuple(mesh) if mesh else None,
+        licences=tuple(licence) if licence else None,
         order=order,
         cursor=cursor,
         limit=min(limit, service.limits.page),

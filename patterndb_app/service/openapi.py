@@ -11,11 +11,12 @@ from typing import Any
 import msgspec
 from fastapi import FastAPI
 
+from patterndb.system.requests import list_options
 from patterndb_app.service.answers import NDJSON
 from patterndb_app.service.holeanswers import HoleEntries
 from patterndb_app.service.learning import UseEntries
 from patterndb_app.service.patternpages import PatternDetailJson, PatternPageJson
-from patterndb_app.service.questions import FillOptions
+from patterndb_app.service.questions import OPTIONS, FillOptions
 from patterndb_app.service.refusals import RefusalJson
 from query.fill import FillJson
 
@@ -241,9 +242,16 @@ def _describe_question(options: dict[str, Any]) -> dict[str, Any]:
         "edge_length": {"type": "number", "exclusiveMinimum": 0},
         "vertices": {"type": "boolean"},
     }
+    described = {name: one.text.help for name, one in list_options(FillOptions).items()}
+    properties = {
+        name: {**options["properties"][name], "description": described[name]}
+        if name in described
+        else options["properties"][name]
+        for name in OPTIONS
+    }
     return {
         **options,
         "title": "FillQuestion",
-        "properties": {**boundary, **options["properties"]},
+        "properties": {**boundary, **properties},
         "required": ["sides"],
     }

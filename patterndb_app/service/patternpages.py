@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import binascii
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TypedDict
 
 import msgspec
@@ -19,7 +18,7 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.notebook import draw
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.refusals import MalformedRequestError
-from query.request import PatternFilter
+from query.request import PatternRequest, choose_patterns
 
 
 class ListedPatternJson(TypedDict):
@@ -90,29 +89,15 @@ PATTERN_ORDERS: Mapping[str, Callable[[PatternClass], NDArray[np.int64]]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class PatternChoice:
-    """Which patterns are listed, and how; None asks for nothing.
+class PatternPageRequest(PatternRequest, frozen=True, kw_only=True):
+    """Which patterns are on a page. cursor: where the page before ended."""
 
-    sides: their number. cursor: where the page before ended. Other entries are as
-    :class:`query.request.PatternFilter` has them, mesh and licence as
-    :meth:`patterndb.store.Database.pattern_ids`.
-    """
-
-    sides: int | None
-    convex: bool | None
-    max_irregular: int | None
-    max_quads: int | None
-    min_frequency: int | None
-    has_loop: bool | None
-    mesh: tuple[str, ...]
-    licence: tuple[str, ...]
-    order: str
-    cursor: str | None
-    limit: int
+    order: str = "frequency"
+    cursor: str | None = None
+    limit: int = 50
 
 
-def list_page(database: ServedDatabase, choice: PatternChoice) -> PatternPageJson:
+def list_page(database: ServedDatabase, choice: PatternPageRequest) -> PatternPageJson:
     """List a page of patterns: those after the cursor, by key and then by name.
 
     A cursor stays good when patterns come or go: it names the pattern that the page before ended
@@ -120,28 +105,10 @@ def list_page(database: ServedDatabase, choice: PatternChoice) -> PatternPageJso
     NotFoundError for a mesh or licence that there is not.
     """
     after = None if choice.cursor is None else parse_cursor(choice.cursor, choice.order)
-    ids = None
-    if choice.mesh or choice.licence:
-        ids = database.pattern_ids(choice.sides, choice.mesh or None, choice.licence or None)
-    asked = PatternFilter(
-        max_irregular=choice.max_irregular,
-        max_quads=choice.max_quads,
-        has_loop=choice.has_loop,
-        min_frequency=choice.min_frequency,
-    )
-    held = database.ask(lambda db: db.sides())
-    classes = [n for n in held if choice.sides in (None, n)]
     total = 0
     keys: list[NDArray[np.int64]] = []
     owners: list[tuple[PatternClass, NDArray[np.int64]]] = []
-    for n in classes:
-        patterns = database.pattern_class(n)
-        passes = asked.admit_patterns(patterns) & asked.admit_fits(patterns)
-        if ids is not None:
-            passes &= np.isin(patterns.ids, ids)
-        if choice.convex is not None:
-            passes &= (patterns.n_reflex == 0) == choice.convex
-        rows = np.flatnonzero(passes)
+    for patterns, rows in choose_patterns(database, choice):
         total += len(rows)
         key = PATTERN_ORDERS[choice.order](patterns)[rows]
         if after is not None:
