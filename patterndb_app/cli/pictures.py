@@ -31,8 +31,8 @@ from patterndb_app.cli.options import (
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.search import (
+    AskedFills,
     FillListing,
-    FillSearch,
     ListedFill,
     find_ranked,
     format_variants,
@@ -113,7 +113,7 @@ def show(
         else:
             assert sides is not None
             boundary = boundary_of(sides, closed)
-            found = FillSearch(FillRequest(limit=rank), not flat).find(database, boundary)
+            found = AskedFills(FillRequest(limit=rank), not flat).find(database, boundary)
             one = find_ranked(FillListing(database, found), rank, "fill" if flat else "pattern")
             card = make_fill_card(one.fill, boundary, rank=rank)
         save_picture(output, card, tinted=not plain)
@@ -207,7 +207,7 @@ def gallery(
         if sides is not None:
             boundary = boundary_of(sides, closed)
             options = read_options(FillRequest, {**given, "limit": limit})
-            found = FillSearch(FillRequest(**options), not flat).find(database, boundary)
+            found = AskedFills(FillRequest(**options), not flat).find(database, boundary)
             listing = FillListing(database, found, counts_variants=not flat)
             return _draw_fills(
                 listing, FillSheet(output, boundary, per_page=per_page, tinted=not plain)

@@ -33,9 +33,9 @@ from patterndb_app.cli.search import (
     ORDER_OPTIONS,
     SEARCH_OPTIONS,
     TIME_LIMIT,
+    AskedFills,
     Corners,
     FillListing,
-    FillSearch,
     FlowParam,
     ListedFill,
     describe_stop,
@@ -170,7 +170,7 @@ def _one(
     source: Database | DatabaseUnion | RemoteDatabase,
     boundary: Boundary,
     strokes: list[Stroke],
-    search: FillSearch,
+    search: AskedFills,
     as_json: bool,
     obj: Path | None,
     image: Path | None,
@@ -378,7 +378,7 @@ class KeptFills:
 def run_batch(
     path: Path,
     database: Database | DatabaseUnion | RemoteDatabase,
-    search: FillSearch,
+    search: AskedFills,
     obj: Path | None = None,
     image: Path | None = None,
 ) -> int:

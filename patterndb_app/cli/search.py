@@ -114,7 +114,7 @@ def search_options(verb: F) -> F:
 
 
 @dataclass(frozen=True, slots=True)
-class FillSearch:
+class AskedFills:
     """A request of the command line. folded: is one fill of each pattern listed?"""
 
     request: FillRequest
@@ -141,7 +141,7 @@ class FillSearch:
         return source.fills(boundary, self.request, **options)
 
 
-def read_search(given: dict[str, Any], server: str | None) -> FillSearch:
+def read_search(given: dict[str, Any], server: str | None) -> AskedFills:
     """Return the search that the options of :func:`search_options` ask for.
 
     server: the service that is asked; None where the search is made here. Raises
@@ -155,7 +155,7 @@ def read_search(given: dict[str, Any], server: str | None) -> FillSearch:
             "--folded lists one fill of each pattern; leave --pattern and --per-pattern out"
         )
     options = read_options(FillRequest, {**given, "per_pattern": given["per_pattern"] or None})
-    return FillSearch(
+    return AskedFills(
         FillRequest(**options), not some if given["folded"] is None else given["folded"]
     )
 
