@@ -33,6 +33,7 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.networkjson import read_network
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.registration import (
@@ -42,7 +43,6 @@ from patterndb_sketch.features.registration import (
     register,
 )
 from patterndb_sketch.features.registration.frame import Turn
-from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import FeatureCurve, snap
 from patterndb_sketch.features.splines import Spline

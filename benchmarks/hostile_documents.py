@@ -106,29 +106,29 @@ def seed_feature_networks() -> list[bytes]:
 
 
 def seed_feature_sessions() -> list[bytes]:
-    from patterndb_sketch.features.sessionfile import session_bytes
-    from tests.patterndb_sketch.features.test_sessionfile import session
+    from patterndb_sketch.features.session import FEATURE_SESSION
+    from tests.patterndb_sketch.features.test_session import session
 
-    return [session_bytes(session())]
+    return [FEATURE_SESSION.encode(session())]
 
 
 def seed_shapes() -> list[bytes]:
     from patterndb_sketch.features.files.shapearrays import shape_bytes
-    from tests.patterndb_sketch.features.test_sessionfile import shape_model
+    from tests.patterndb_sketch.features.test_session import shape_model
 
     return [shape_bytes(shape_model())]
 
 
 def seed_retopo_sessions() -> list[bytes]:
     import patterndb
-    from patterndb_sketch.retopo.sessionfile import RetopoSession, session_bytes
+    from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
     from tests.support.retopo.editors import drawn_grid
     from tests.support.retopo.networks import plane
 
     with patterndb.open() as source:
         editor = drawn_grid(source)
         editor.fill()
-        return [session_bytes(RetopoSession(plane(), editor.state, "sheet.obj"))]
+        return [RETOPO_SESSION.encode(RetopoSession(plane(), editor.state, "sheet.obj"))]
 
 
 def seed_scripts() -> list[bytes]:
@@ -168,9 +168,9 @@ def read_network(data: bytes) -> object:
 
 
 def read_feature_session(data: bytes) -> object:
-    from patterndb_sketch.features.sessionfile import parse_session
+    from patterndb_sketch.features.session import FEATURE_SESSION
 
-    return parse_session(data)
+    return FEATURE_SESSION.decode(data)
 
 
 def read_shapes(data: bytes) -> object:
@@ -180,9 +180,9 @@ def read_shapes(data: bytes) -> object:
 
 
 def read_retopo_session(data: bytes) -> object:
-    from patterndb_sketch.retopo.sessionfile import parse_session
+    from patterndb_sketch.retopo.session import RETOPO_SESSION
 
-    return parse_session(data)
+    return RETOPO_SESSION.decode(data)
 
 
 def by_file(read: Callable[[Path], object]) -> Callable[[bytes], object]:
@@ -205,7 +205,7 @@ def make_strokes_reader() -> Callable[[bytes], object]:
 
 
 def make_feature_network_reader() -> Callable[[bytes], object]:
-    from patterndb_sketch.features.sessionfile import read_network
+    from patterndb_sketch.features.files.networkjson import read_network
 
     return by_file(read_network)
 

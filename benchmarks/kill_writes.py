@@ -135,18 +135,20 @@ class Saving:
 
 def make_savings(folder: Path) -> dict[str, Saving]:
     """The ways to save networks and sessions, by name."""
-    from patterndb_sketch.autosave import Autosave
-    from patterndb_sketch.features import sessionfile as features
-    from patterndb_sketch.retopo import sessionfile as retopo
+    from patterndb_sketch.features.files.networkjson import read_network
+    from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
+    from patterndb_sketch.features.snap import SnapSettings
     from patterndb_sketch.retopo.editor import Call, State
+    from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
+    from patterndb_sketch.sessions import Autosave
     from patterndb_sketch.surfacing import networkfile
     from tests.support.retopo.editors import drawn_grid, line
 
     drawing = networkfile.read_drawing(ROOT / "examples" / "networks" / "teacup.json")
     stages = ((), (list(range(len(drawing.network.curves))),))
-    network = features.read_network(ROOT / "examples" / "features" / "q_car_cop.network.json")
+    network = read_network(ROOT / "examples" / "features" / "q_car_cop.network.json")
     curves = [
-        features.FeatureSession("car.obj", settings={"alpha": alpha}, networks={"car": network})
+        FeatureSession("car.obj", settings=SnapSettings(alpha=alpha), networks={"car": network})
         for alpha in (0.25, 0.5)
     ]
     with patterndb.open() as source:
@@ -155,31 +157,29 @@ def make_savings(folder: Path) -> dict[str, Saving]:
         editor.fill()
         editor.do(Call("stroke", {"points": line((0.5, 0), (0.5, 3))}))
         states.append(editor.state)
-    sheets = [retopo.RetopoSession(editor.surface, state, "sheet.obj") for state in states]
+    sheets = [RetopoSession(editor.surface, state, "sheet.obj") for state in states]
 
     def save_network(path: Path, number: int) -> None:
         networkfile.write_network(path, drawing.network, stages[number])
 
     def save_features(path: Path, number: int) -> None:
-        features.write_session(path, curves[number])
+        FEATURE_SESSION.write(path, curves[number])
 
     def save_retopo(path: Path, number: int) -> None:
-        retopo.write_session(path, sheets[number])
+        RETOPO_SESSION.write(path, sheets[number])
 
     def autosave(path: Path, number: int) -> None:
         # A process has one, as a window has.
         if os.getpid() not in begun:
-            begun[os.getpid()] = retopo.autosave_session(
-                editor.surface, sheets[0].state, session=path, name="sheet.obj", every=0.0
-            )
+            begun[os.getpid()] = autosave_session(sheets[0], session=path, every=0.0)
         begun[os.getpid()].tick(states[number])
 
     begun: dict[int, Autosave[State]] = {}
     savings: dict[str, Saving] = {}
     for name, save, read in (
         ("surfacing", save_network, networkfile.read_network),
-        ("features", save_features, features.read_session),
-        ("retopology", save_retopo, retopo.read_session),
+        ("features", save_features, FEATURE_SESSION.read),
+        ("retopology", save_retopo, RETOPO_SESSION.read),
     ):
         kept: list[bytes] = []
         for number in (0, 1):
@@ -204,7 +204,7 @@ def save_in_turns(saving: Saving, path: Path) -> None:
 
 def find_saving_faults(saving: Saving, path: Path) -> list[str]:
     """What is wrong with a saved file, or a recovery file, after a kill; removes the latter."""
-    from patterndb_sketch.autosave import find_recoveries
+    from patterndb_sketch.sessions import find_recoveries
 
     found: list[str] = []
     written = [path]

@@ -51,12 +51,7 @@ from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.network import check_network, count_genus, count_handles
 from patterndb_sketch.retopo.script import line_of
-from patterndb_sketch.retopo.sessionfile import (
-    RetopoSession,
-    parse_session,
-    session_bytes,
-    surface_bytes,
-)
+from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
 from query.engine import PatternSource
 
 #: Calls after which a new drawing is begun, and chains that are enough for one.
@@ -229,7 +224,6 @@ class Watch:
     """A drawing: its editor, what its states were, and the calls so far."""
 
     editor: Editor
-    packed: bytes
     handles: int
     past: list[str] = field(default_factory=list)
     future: list[str] = field(default_factory=list)
@@ -239,7 +233,7 @@ class Watch:
 
     def digest(self, state: State) -> str:
         """Tells states apart; written out, so that arrays changed in place would show."""
-        data = session_bytes(RetopoSession(self.editor.surface, state), self.packed)
+        data = RETOPO_SESSION.encode(RetopoSession(self.editor.surface, state))
         return hashlib.sha256(data).hexdigest()
 
     def step(self, call: Call, rng: np.random.Generator) -> str:
@@ -297,14 +291,14 @@ class Watch:
 
     def save(self) -> None:
         session = RetopoSession(self.editor.surface, self.editor.state, "a.obj")
-        data = session_bytes(session, self.packed)
-        again = parse_session(data)
+        data = RETOPO_SESSION.encode(session)
+        again = RETOPO_SESSION.decode(data)
         assert again.state.same(session.state), "the session reads as another"
-        assert session_bytes(again) == data, "the session is written differently again"
+        assert RETOPO_SESSION.encode(again) == data, "the session is written differently again"
 
 
-def begun(surface: Surface, source: PatternSource, packed: bytes, why: Counter[str]) -> Watch:
-    watch = Watch(Editor(surface, source), packed, count_handles(surface), why=why)
+def begun(surface: Surface, source: PatternSource, why: Counter[str]) -> Watch:
+    watch = Watch(Editor(surface, source), count_handles(surface), why=why)
     watch.now = watch.digest(watch.editor.state)
     return watch
 
@@ -386,13 +380,12 @@ def main() -> int:
     if options.first % CALLS_A_DRAWING:
         parser.error(f"--first {options.first}: drawings begin at multiples of {CALLS_A_DRAWING}")
     surface = surface_of(options.surface)
-    packed = surface_bytes(surface)
     tally = Tally()
     stopped: list[int] = []
     for one in (signal.SIGINT, signal.SIGTERM):
         signal.signal(one, lambda number, _: stopped.append(number))
     with patterndb.open() as source:
-        watch = begun(surface, source, packed, tally.why)
+        watch = begun(surface, source, tally.why)
         for number in range(options.first, options.first + options.calls):
             if stopped or len(tally.failures) >= options.failures:
                 break
@@ -400,7 +393,7 @@ def main() -> int:
             # Of the number alone, so that a drawing is the same however many there are.
             rng = np.random.default_rng([options.seed, number])
             if number % CALLS_A_DRAWING == 0:
-                watch = begun(surface, source, packed, tally.why)
+                watch = begun(surface, source, tally.why)
             call = Caller(watch.editor, rng).call()
             if options.verbose:
                 print(number, call.tool, str(dict(call.arguments))[:100], file=sys.stderr)
@@ -409,7 +402,7 @@ def main() -> int:
                 tally.outcomes[f"{call.tool}: {watch.step(call, rng)}"] += 1
             except Exception as error:
                 tally.add_failure(number, call, error, watch)
-                watch = begun(surface, source, packed, tally.why)
+                watch = begun(surface, source, tally.why)
             tally.add_time(number, call.tool, time.process_time() - before)
     tally.told = -TOLD_AFTER
     tally.tell_progress(tally.calls, options.calls)

@@ -23,10 +23,9 @@ import numpy as np
 from bodies import CARS, Body, NamedCurve, body, degrade, stroke
 
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.files.networkjson import spline_through, write_network
 from patterndb_sketch.features.files.strokesjson import write_strokes
 from patterndb_sketch.features.registration import FeatureCurves
-from patterndb_sketch.features.sessionfile import write_network
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.strokes import FeatureStroke
 

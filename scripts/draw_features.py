@@ -40,11 +40,10 @@ from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.files.networkjson import read_network, spline_through
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.registration import box_template, register
-from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.snap import Snap, snap
 from patterndb_sketch.features.splines import Spline
 from viewer import style

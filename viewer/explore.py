@@ -9,19 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
-from patterndb_sketch.workfile import digest_arrays
+from patterndb_sketch.sessions import digest_arrays
 from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from viewer import saver, style
 from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
-from viewer.explorer_state import ExplorerState, ExplorerStep, ExplorerStepEntries
+from viewer.explorer_state import EXPLORER_SESSION, ExplorerState, ExplorerStep
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.pointerstroke import PointerMode
 from viewer.saver import SaveWay
-from viewer.sessions import WorkForm, WorkKeeper
+from viewer.sessions import WorkKeeper
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]
@@ -142,13 +142,9 @@ class ExplorerSaver(saver.Saver):
         """Keep what is asked from now on in case of a crash, and read what one left."""
         surface = self.state.surface
         of = "a plane" if surface is None else digest_arrays(surface.vertices, surface.triangles)
-        form = WorkForm(
-            self.kind,
-            ExplorerStep.document,
-            lambda document: document.read(ExplorerStepEntries).step(),
-            ExplorerStep.is_like,
+        self.keep_by(
+            WorkKeeper(EXPLORER_SESSION, of, self.kept_work(), self._folder, ExplorerStep.is_like)
         )
-        self.keep_by(WorkKeeper(form, of, self.kept_work(), self._folder))
 
     def kept_work(self) -> ExplorerStep:
         return self.state.steps.now

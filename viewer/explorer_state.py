@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -11,21 +11,15 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
-from patterndb.system.documents import JsonModel
+from patterndb.system.documents import JsonValue
 from patterndb.system.numbers import TOLERANCE
 from patterndb_sketch.history import History
+from patterndb_sketch.sessions import SessionFormat
 from query import Boundary, Stroke
 from query.contour import Contour
-from query.contourjson import (
-    ContourEntries,
-    DrawnStrokeEntries,
-    contour_document,
-    contour_of,
-    stroke_document,
-    stroke_of,
-)
 from query.drawingbase import DrawingBase
 from query.engine import PatternSource
+from query.errors import InvalidQueryError
 from query.placing import Surface
 from viewer.background import Placed
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
@@ -40,37 +34,9 @@ FITTED = 0.76
 UPWARD = (0.0, 1.0, 0.0)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ExplorerStep:
-    """What is asked for: all that undo brings back."""
-
-    contour: Contour | None
-    strokes: tuple[Stroke, ...]
-    choices: tuple[object, ...]
-
-    def is_like(self, other: ExplorerStep) -> bool:
-        """Is the same asked for?"""
-        return (
-            self.contour is other.contour
-            and [id(one) for one in self.strokes] == [id(one) for one in other.strokes]
-            and self.choices == other.choices
-        )
-
-    def document(self) -> dict[str, object]:
-        """What :meth:`ExplorerStepEntries.step` reads, for JSON."""
-        return {
-            "contour": None if self.contour is None else contour_document(self.contour),
-            "strokes": [stroke_document(stroke) for stroke in self.strokes],
-            "choices": dict(zip(CHOICES, self.choices, strict=True)),
-        }
-
-
-#: What of a finder a step holds.
-CHOICES = ("tolerance", "order", "strict", "folded", "following", "max_irregular", "max_valence")
-
-
-class ChoicesEntries(JsonModel):
-    """What :data:`CHOICES` names, as JSON has it."""
+@dataclass(frozen=True, slots=True)
+class FinderChoices:
+    """What of a finder undo brings back; fields as of :class:`viewer.finder.FillFinder`."""
 
     tolerance: int
     order: str | None
@@ -81,20 +47,34 @@ class ChoicesEntries(JsonModel):
     max_valence: int | None
 
 
-class ExplorerStepEntries(JsonModel):
-    """A step, as JSON has it."""
+@dataclass(frozen=True, slots=True, eq=False)
+class ExplorerStep:
+    """What is asked for: all that undo brings back, and that is kept in case of a crash."""
 
-    contour: ContourEntries | None
-    strokes: list[DrawnStrokeEntries]
-    choices: ChoicesEntries
+    contour: Contour | None
+    strokes: tuple[Stroke, ...]
+    choices: FinderChoices
 
-    def step(self) -> ExplorerStep:
-        """The step; raises InvalidQueryError for a stroke that is none."""
-        return ExplorerStep(
-            None if self.contour is None else contour_of(self.contour),
-            tuple(map(stroke_of, self.strokes)),
-            tuple(getattr(self.choices, name) for name in CHOICES),
+    def is_like(self, other: ExplorerStep) -> bool:
+        """Is the same asked for?"""
+        return (
+            self.contour is other.contour
+            and [id(one) for one in self.strokes] == [id(one) for one in other.strokes]
+            and self.choices == other.choices
         )
+
+
+def _open_step(step: ExplorerStep, place: JsonValue) -> ExplorerStep:
+    """Return a step that was read; raises InvalidQueryError for sides that are not polylines."""
+    for i, side in enumerate(() if step.contour is None else step.contour.sides):
+        if side.shape != (len(side), 3) or len(side) < 2:
+            place.at("contour", "sides", i).fail("a side needs two points [x, y, z] or more")
+    return step
+
+
+EXPLORER_SESSION: SessionFormat[ExplorerStep, ExplorerStep] = SessionFormat(
+    "explore", InvalidQueryError, ExplorerStep, lambda step: step, _open_step
+)
 
 
 class ExplorerCamera(Camera):
@@ -204,8 +184,8 @@ class ExplorerState(ViewerState[ExplorerCamera]):
 
     def _show_step(self, step: ExplorerStep) -> None:
         self.leave()
-        for name, value in zip(CHOICES, step.choices, strict=True):
-            setattr(self.finder, name, value)
+        for one in fields(step.choices):
+            setattr(self.finder, one.name, getattr(step.choices, one.name))
         self.finder.strokes = list(step.strokes)
         self.contour = step.contour
         self._ask()
@@ -216,7 +196,8 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         self.drawn_here = True
 
     def _step(self) -> ExplorerStep:
-        choices = tuple(getattr(self.finder, name) for name in CHOICES)
+        names = [one.name for one in fields(FinderChoices)]
+        choices = FinderChoices(*(getattr(self.finder, name) for name in names))
         return ExplorerStep(self.contour, tuple(self.finder.strokes), choices)
 
     # The boundary

@@ -5,15 +5,18 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from patterndb.errors import PatternDBError
-from patterndb.system.documents import JsonValue
 from patterndb.system.knownfiles import KnownFiles, digest_file
-from patterndb_sketch.autosave import UNNAMED, Autosave, Recovery, find_recoveries
-from patterndb_sketch.workfile import read_work, work_bytes
+from patterndb_sketch.sessions import (
+    UNNAMED,
+    Autosave,
+    Recovery,
+    SessionFormat,
+    find_recoveries,
+)
 
 Kept = TypeVar("Kept")
 Lost = TypeVar("Lost")
@@ -139,46 +142,41 @@ class SessionWriter(Generic[Kept, Lost]):
             self._left = None
 
 
-@dataclass(frozen=True, slots=True)
-class WorkForm(Generic[Kept]):
-    """How work is kept for which there are no sessions.
-
-    kind: of window. document: of the work. read: the work of a document; PatternDBError for none.
-    same: is there nothing to save in the one that the other has not?
-    """
-
-    kind: str
-    document: Callable[[Kept], dict[str, object]]
-    read: Callable[[JsonValue], Kept]
-    same: Callable[[Kept, Kept], bool]
-
-
 class WorkKeeper(SessionWriter[Kept, Kept]):
     """Keeps what is done in a window in case of a crash where there are no sessions.
 
-    form: of the work. of: tells what is worked on from others. state: the first, which needs no
-    saving. folder: where recovery files are.
+    form: of the work. of: a digest of what is worked on. state: the first, which needs no saving.
+    folder: where recovery files are. same: is there nothing to save in the one that the other has
+    not? is_usable: can work that was read go on here?
     """
 
-    def __init__(self, form: WorkForm[Kept], of: str, state: Kept, folder: Path) -> None:
+    def __init__(
+        self,
+        form: SessionFormat[Kept, Any],
+        of: str,
+        state: Kept,
+        folder: Path,
+        same: Callable[[Kept, Kept], bool],
+        is_usable: Callable[[Kept], bool] = lambda _: True,
+    ) -> None:
         self.unnamed = f"unnamed-{form.kind}"
-        self._form, self._of = form, of
+        self._form, self._of, self._is_usable = form, of, is_usable
         autosave = Autosave(
-            lambda kept: work_bytes(form.kind, of, form.document(kept)),
+            lambda kept: form.encode(kept, of),
             state,
             folder=folder,
             unnamed=self.unnamed,
-            same=form.same,
+            same=same,
         )
         super().__init__(folder, None, autosave)
 
     def find_lost(self) -> str:
-        """Read what a crash left of this work, and say so; "" if it left nothing."""
+        """Read what a crash left of this work, and describe it; "" if it left nothing."""
 
         def read(path: Path) -> Kept | str:
-            of, work = read_work(path, self._form.kind)
-            if of != self._of:
+            work, of = self._form.read_with_origin(path)
+            if of != self._of or not self._is_usable(work):
                 return "of something else; it is offered where that is opened in this folder"
-            return self._form.read(work)
+            return work
 
         return self.find_recovery(read)

@@ -42,7 +42,7 @@ from patterndb_sketch.features.defaults import (
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
-    from patterndb_sketch.features.sessionfile import FeatureSession
+    from patterndb_sketch.features.session import FeatureSession
     from patterndb_sketch.features.snap import SnapSettings
     from patterndb_sketch.features.splines import Constraint
     from patterndb_sketch.features.strokes import FeatureStroke, RecoveredCurve
@@ -181,22 +181,19 @@ def features(
     if looking and as_json:
         raise click.UsageError("--view alone finds no curves for --json to describe; leave one out")
     # Imported here because --help need not wait for it.
-    from patterndb_sketch.features.sessionfile import (
-        FeatureSession,
-        read_session,
-        settings_of_numbers,
-        with_curves,
-        write_session,
-    )
-    from patterndb_sketch.features.snap import SnapSettings
+    from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 
     known = KnownFiles()
     if session is not None:
         known.note(session)
     there = session is not None and (session.exists() or (strokes is None and not view))
-    kept = read_session(session) if session is not None and there else FeatureSession(model.name)
+    kept = (
+        FEATURE_SESSION.read(session)
+        if session is not None and there
+        else FeatureSession(model.name)
+    )
     given = _collect_settings(chosen)
-    settings = replace(settings_of_numbers(kept.settings, SnapSettings()), **given)
+    settings = replace(kept.settings, **given)
     surface = read_model(model)
     _say_model(model, surface, kept)
     found: list[RecoveredCurve] = []
@@ -207,7 +204,7 @@ def features(
         if not found:
             raise NotFoundError(f"{strokes or session}: there is no curve; see above")
         if output is not None:
-            from patterndb_sketch.features.files.curvesjson import write_curves
+            from patterndb_sketch.features.files.networkjson import write_curves
 
             write_curves(output, found, model.name)
         if as_json:
@@ -219,10 +216,10 @@ def features(
             say(f"written: {output}")
     else:
         lost = {}
-    kept = with_curves(kept, found, settings) if found else kept
+    kept = kept.with_curves(found, settings) if found else kept
     if session is not None and found:
         changed = kept
-        known.save(session, lambda: write_session(session, changed))
+        known.save(session, lambda: FEATURE_SESSION.write(session, changed))
         say(f"written: {session}")
     if picture is not None or view:
         from viewer.features import draw, show
@@ -267,14 +264,14 @@ def _read_strokes(
     strokes: Path | None, session: FeatureSession, usual: SnapSettings, given: Mapping[str, Any]
 ) -> list[tuple[FeatureStroke, tuple[Constraint, ...]]]:
     """The strokes of the file, else those of the session with what was dragged there."""
+
     from patterndb_sketch.features.files.strokesjson import read_strokes
-    from patterndb_sketch.features.sessionfile import session_strokes
 
     if strokes is not None:
         return [(stroke, ()) for stroke in read_strokes(strokes, usual)]
     return [
-        (replace(stroke, settings=replace(stroke.settings, **given)), constraints)
-        for stroke, constraints in session_strokes(session, usual)
+        (replace(one.stroke, settings=replace(one.settings, **given)), one.constraints)
+        for one in session.curves
     ]
 
 
@@ -301,14 +298,16 @@ def _document(
     model: Path, surface: Surface, found: Sequence[RecoveredCurve], lost: dict[str, str],
     seconds: float, output: Path | None, session: Path | None,
 ) -> dict[str, object]:  # fmt: skip
-    from patterndb_sketch.features.files.curvesjson import curve_document
+    from msgspec import to_builtins
+
+    from patterndb_sketch.features.files.networkjson import model_of_curve
 
     return {
         "model": str(model),
         "triangles": len(surface.triangles),
         "components": surface.n_components,
         "diagonal": surface.diagonal,
-        "curves": {one.name: curve_document(one) for one in found},
+        "curves": {one.name: to_builtins(model_of_curve(one)) for one in found},
         "lost": lost,
         "seconds": round(seconds, 6),
         "output": None if output is None else str(output),

@@ -170,14 +170,14 @@ HEADS = ("part", "quads", "vertices", "on curves", "drawn to it", "hidden", "no 
 def read_any_template(name: str) -> Template:
     """The template of a name such as box:car?r=11, else that in a JSON file."""
     from ingest.formats import read_mesh
-    from patterndb_sketch.features.sessionfile import read_template
+    from patterndb_sketch.features.files.templatejson import read_template
 
     return read_template(name, read_mesh)
 
 
 def read_drawn(network: Path, tolerance: float | None) -> FeatureCurves:
     """The network in a file, with the tolerance if one is given, else with the file's own."""
-    from patterndb_sketch.features.sessionfile import read_network
+    from patterndb_sketch.features.files.networkjson import read_network
 
     drawn = read_network(network)
     return drawn if tolerance is None else replace(drawn, tolerance=tolerance)

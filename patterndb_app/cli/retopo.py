@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
     from patterndb_sketch.retopo.filling.report import Report
     from patterndb_sketch.retopo.script import Script, ScriptLine
-    from patterndb_sketch.retopo.sessionfile import RetopoSession
+    from patterndb_sketch.retopo.session import RetopoSession
 
 
 class SharpAngle(ParamType):
@@ -256,10 +256,10 @@ def retopo(
             "--record out, or begin another session"
         )
     # Imported here because --help need not wait for it.
-    from patterndb_sketch.autosave import find_recoveries
     from patterndb_sketch.retopo.quadimport import refuse_losses
     from patterndb_sketch.retopo.script import Script, read_script, write_script
-    from patterndb_sketch.retopo.sessionfile import RetopoSession, write_session
+    from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
+    from patterndb_sketch.sessions import find_recoveries
 
     known = KnownFiles()
     if session is not None:
@@ -292,7 +292,7 @@ def retopo(
         mesh = editor.mesh(found)
         if session is not None and (wanted is not None or draft) and not view:
             made_session = RetopoSession(start.surface, editor.state, name)
-            known.save(session, lambda: write_session(session, made_session))
+            known.save(session, lambda: RETOPO_SESSION.write(session, made_session))
             say(f"written: {session}")
         if record is not None and not view:
             write_script(record, said)
@@ -505,10 +505,10 @@ def begin_retopo(
 ) -> RetopoBeginning:
     """An editor as it is before anything is done."""
     from patterndb_sketch.retopo.editor import Editor
-    from patterndb_sketch.retopo.sessionfile import read_session
+    from patterndb_sketch.retopo.session import RETOPO_SESSION
 
     if asked.session is not None and asked.goes_on:
-        kept = read_session(asked.session)
+        kept = RETOPO_SESSION.read(asked.session)
         if asked.surface is not None:
             _refuse_other_surface(kept, asked, database)
         if script is not None and asked.script is not None:

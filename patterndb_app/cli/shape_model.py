@@ -111,7 +111,7 @@ def build(
     """
     # Imported here because --help need not wait for it.
     from patterndb_sketch.features.errors import InvalidFeatureError
-    from patterndb_sketch.features.sessionfile import write_shapes
+    from patterndb_sketch.features.files.shapearrays import write_shapes
     from patterndb_sketch.features.shapemodel import ShapeModel, measure_errors
 
     laid_out = read_any_template(template)
@@ -414,7 +414,7 @@ def edit(
 
 
 def _read(shapes: Path, modes: int | None) -> ShapeModel:
-    from patterndb_sketch.features.sessionfile import read_shapes
+    from patterndb_sketch.features.files.shapearrays import read_shapes
 
     model = read_shapes(shapes)
     return model if modes is None else model.kept(modes)

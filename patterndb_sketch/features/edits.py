@@ -10,13 +10,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.initial import find_initial_curve
-from patterndb_sketch.features.sessionfile import (
-    FeatureSession,
-    SessionCurve,
-    own_numbers,
-    settings_numbers,
-    settings_of_numbers,
-)
+from patterndb_sketch.features.session import FeatureSession, SessionCurve
 from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
 from patterndb_sketch.features.strokes import find_held_samples
@@ -29,36 +23,27 @@ def open_session_curves(
     ones where they are not as by default, else the session's.
 
     first: the first curve's key, from which the others count on.
-    Raises InvalidFeatureError for settings out of range.
     """
-    common = settings_of_numbers(session.settings, SnapSettings())
     curves: list[tuple[DrawnCurve, CurveLook]] = []
     for key, one in enumerate(session.curves, first):
-        own = settings_of_numbers(session.settings, common, one.name)
         curve = DrawnCurve(
-            key, one.name, one.clicked, own, one.constraints, closed=one.spline.closed
+            key, one.name, one.clicked, one.settings, one.constraints, closed=one.spline.closed
         )
         curves.append((curve, CurveLook.of(one.spline, one.samples)))
-    asked, usual = settings_numbers(settings), settings_numbers(SnapSettings())
-    given = {name: value for name, value in asked.items() if value != usual[name]}
-    return curves, settings_of_numbers(given, common)
+    return curves, replace(session.settings, **settings.list_differences(SnapSettings()))
 
 
 def collect_session(
     session: FeatureSession, curves: Sequence[tuple[DrawnCurve, CurveLook]], settings: SnapSettings
 ) -> FeatureSession:
     """Collect a session: these curves, and the settings of the next one; all else stays."""
-    common = settings_numbers(settings)
-    gone = {f"{one.name}: {name}" for one in session.curves for name in common}
-    numbers = {name: value for name, value in session.settings.items() if name not in gone}
-    numbers |= common
-    for curve, _ in curves:
-        numbers |= own_numbers(curve.name, curve.settings, settings)
     drawn = tuple(
-        SessionCurve(curve.name, curve.clicked, look.samples, curve.constraints, look.spline)
+        SessionCurve(
+            curve.name, curve.clicked, look.samples, curve.constraints, look.spline, curve.settings
+        )
         for curve, look in curves
     )
-    return replace(session, curves=drawn, settings=numbers)
+    return replace(session, curves=drawn, settings=settings)
 
 
 #: Points that a curve is drawn through, for each of its samples.

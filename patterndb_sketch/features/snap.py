@@ -7,7 +7,8 @@ and how stiff it is, a FeatureCurve is what comes of it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -84,7 +85,7 @@ class SnapSettings:
     nearness:  at this distance from the backbone a crease costs ASTRAY of
                :mod:`patterndb_sketch.features.fishbone.terms` more, at twice it four times as much,
                and with a continuity of 0 bends count 0.6 times and 0.14 times; a share of the
-               diagonal, inf where all count alike.
+               diagonal, None where all count alike.
     degree:    of the curve.
     radius:    reach of ribs to either side, as a share of the diagonal. n_samples: of each.
     rounds:    how often the ribs are built about the curve and cut. Two bring the curve to the
@@ -101,7 +102,7 @@ class SnapSettings:
     continuity: float = CONTINUITY
     strict: bool = False
     window: float = WINDOW
-    nearness: float = NEARNESS
+    nearness: float | None = NEARNESS
     degree: int = DEGREE
     radius: float = RADIUS
     n_samples: int = SAMPLES
@@ -115,7 +116,7 @@ class SnapSettings:
             ("theta", self.theta, 0.0, 1e6),
             ("continuity", self.continuity, 0.0, 1e6),
             ("window", self.window, 1e-9, 1.0),
-            ("nearness", self.nearness, 1e-9, np.inf),
+            ("nearness", np.inf if self.nearness is None else self.nearness, 1e-9, np.inf),
             ("radius", self.radius, 1e-6, 1.0),
             ("n_samples", self.n_samples, 5, 100_001),
             ("rounds", self.rounds, 1, 100),
@@ -127,6 +128,19 @@ class SnapSettings:
     def change(self) -> float:
         """The price of another crease, of bends that differ by 1; 0 for the paper's cut."""
         return 0.0 if self.strict else self.alpha * self.continuity
+
+    def reach_of_bends(self, diagonal: float) -> float:
+        """Return the nearness on a model of this diagonal; infinity where all bends count alike."""
+        return np.inf if self.nearness is None else self.nearness * diagonal
+
+    def list_differences(self, other: SnapSettings) -> dict[str, Any]:
+        """Return the settings that are not those of another, by name."""
+        names = [one.name for one in fields(self)]
+        return {
+            name: getattr(self, name)
+            for name in names
+            if getattr(self, name) != getattr(other, name)
+        }
 
     def cross(self, fishbone: Fishbone, costs: Floats) -> Floats:
         """(m - 1,), of a closed curve (m,), capacities of the cross edges of a fishbone with sample
@@ -360,7 +374,7 @@ class Snap:
         if not settings.change > 0.0:
             return cut(costs, settings.cross(bone, costs), bone.seam).rows, costs
         reach, size = find_reach(bone), self.model.diagonal
-        nearness = settings.nearness * size
+        nearness = settings.reach_of_bends(size)
         unlike, width = compare_with_pins(terms, bone, held, nearness, size, pulled)
         costs = hold_rows(weigh_creases(terms, bone, settings.alpha, width, unlike), held)
         cross = settings.cross(bone, costs)
@@ -432,5 +446,9 @@ def _ribs(
 def _terms(model: Surface, fishbone: Fishbone, settings: SnapSettings) -> Terms:
     size = model.diagonal
     return find_terms(
-        fishbone, settings.window * size, settings.nearness * size, settings.axis, settings.beta
+        fishbone,
+        settings.window * size,
+        settings.reach_of_bends(size),
+        settings.axis,
+        settings.beta,
     )

@@ -23,17 +23,23 @@ from patterndb_sketch.surfacing.patch import Surfacing
 class InkedStroke:
     """One stroke as it lies on a surface.
 
-    surfacing: the surface.
+    surfacing: the surface, None for a stroke that was read and is not laid on one yet.
     parts:  each (k, 3) float64, k >= 1, on the surface; the stroke broke where it left it.
     owners: for every part the patch (k,) that each of its points is on.
     missed: how many of its rays met nothing. rays: how many it had.
     """
 
-    surfacing: Surfacing = field(repr=False)
+    surfacing: Surfacing | None = field(repr=False)
     parts: tuple[Points, ...] = field(repr=False)
     owners: tuple[Int64Array, ...] = field(repr=False)
     missed: int
     rays: int
+
+    def lay_on(self, surfacing: Surfacing) -> InkedStroke | None:
+        """Return it on a surface made again; None if that has not the patches it was on."""
+        if any(owner.max(initial=-1) >= len(surfacing.patches) for owner in self.owners):
+            return None
+        return replace(self, surfacing=surfacing)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +96,7 @@ def find_snaps(ink: InkedStroke, reach: float) -> list[Points]:
     """Find where the ends of a stroke would be moved to, (3,) each; none for an end without a
     curve of its patch within a reach."""
     found: list[Points] = []
-    for end in (0, -1) if ink.parts else ():
+    for end in (0, -1) if ink.parts and ink.surfacing is not None else ():
         patch = ink.surfacing.cycles[int(ink.owners[end][end])]
         around = [ink.surfacing.network.curves[curve].points for curve in patch.curves]
         with suppress(InvalidNetworkError):
@@ -100,6 +106,8 @@ def find_snaps(ink: InkedStroke, reach: float) -> list[Points]:
 
 def _from_curve_to_curve(ink: InkedStroke, reach: float) -> list[Points]:
     """The stroke's runs, each within one patch, with their ends on curves."""
+    if ink.surfacing is None:
+        raise InvalidNetworkError("the surface that the stroke is on is being made; wait for it")
     network, cycles = ink.surfacing.network, ink.surfacing.cycles
     runs: list[tuple[int, Points]] = []
     for part, owner in zip(ink.parts, ink.owners, strict=True):

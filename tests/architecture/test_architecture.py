@@ -57,21 +57,23 @@ WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.
 WORLDLY_MODULES += ("patterndb.store.starter", "ingest.pipeline")
 WORLDLY_MODULES += ("ingest.cluster",)  # processes and a network
 WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
-WORLDLY_MODULES += ("patterndb.system.archives", "patterndb.system.knownfiles")
+WORLDLY_MODULES += ("patterndb.system.knownfiles",)
 WORLDLY_MODULES += ("patterndb.system.extras", "query.batchline")  # how it is installed; JSON lines
 WORLDLY_MODULES += (
     "patterndb_sketch.surfacing.networkfile",
-    "patterndb_sketch.features.sessionfile",
+    "patterndb_sketch.features.session",
 )
 WORLDLY_MODULES += (
     "patterndb_sketch.features.files.shapearrays",
     "patterndb_sketch.features.files.strokesjson",
 )
-WORLDLY_MODULES += ("patterndb_sketch.features.files.curvesjson", "query.holes.models")
 WORLDLY_MODULES += (
-    "patterndb_sketch.retopo.sessionfile",
-    "patterndb_sketch.autosave",
-    "patterndb_sketch.workfile",
+    "patterndb_sketch.features.files.networkjson",
+    "patterndb_sketch.features.files.templatejson",
+    "query.holes.models",
+)
+WORLDLY_MODULES += (
+    "patterndb_sketch.sessions",
     "patterndb_sketch.retopo.script",
 )
 

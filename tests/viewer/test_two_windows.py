@@ -10,6 +10,7 @@ import pytest
 
 from patterndb.system.knownfiles import FileChangedError
 from patterndb_sketch.retopo.network import are_equal
+from patterndb_sketch.retopo.session import RETOPO_SESSION
 from query.engine import PatternSource
 from tests.viewer.test_recovery import draw_boundary, explorer, pull, shapes, surfacing, write
 from viewer.saver import Saver
@@ -19,9 +20,10 @@ SIZE = (720, 450)
 
 def open_retopo(folder: Path, source: PatternSource) -> Any:
     """A window on the folder's session, as the command line opens one."""
+
     from patterndb_sketch.retopo.editor import Editor
     from patterndb_sketch.retopo.script import Script
-    from patterndb_sketch.retopo.sessionfile import autosave_session, read_session
+    from patterndb_sketch.retopo.session import RetopoSession, autosave_session
     from tests.support.viewer.sheets import sheet
     from viewer.retopo import RetopoState
     from viewer.retopo.window import RetopoSaver, RetopoWriter
@@ -30,9 +32,9 @@ def open_retopo(folder: Path, source: PatternSource) -> Any:
     editor = Editor(sheet(), source)
     files = RetopoWriter(folder, path, folder / "sheet.jsonl", Script("sheet.obj", ()), write)
     if path.exists():
-        editor.restore(read_session(path).state)
+        editor.restore(RETOPO_SESSION.read(path).state)
     files.autosave = autosave_session(
-        editor.surface, editor.state, session=path, base=files.known.digest(path)
+        RetopoSession(editor.surface, editor.state), session=path, base=files.known.digest(path)
     )
     state = RetopoState(editor, files=files)
     state.message = files.find_lost(editor.surface)
@@ -78,7 +80,6 @@ def test_the_second_save_of_a_session_is_refused(tmp_path: Path, two: Any) -> No
 
 
 def test_a_session_is_reloaded_saved_elsewhere_or_overwritten(tmp_path: Path, two: Any) -> None:
-    from patterndb_sketch.retopo.sessionfile import read_session
 
     one, other = two
     path = tmp_path / "sheet.retopo"
@@ -89,7 +90,7 @@ def test_a_session_is_reloaded_saved_elsewhere_or_overwritten(tmp_path: Path, tw
     mine = other.state.network
     (way,) = other.save_ways()
     assert way.write(tmp_path / "mine.retopo").startswith("saved")
-    assert are_equal(read_session(tmp_path / "mine.retopo").state.network, mine)
+    assert are_equal(RETOPO_SESSION.read(tmp_path / "mine.retopo").state.network, mine)
     other.files.session_path = path
     other.reload(path)()
     other.ready()
@@ -102,7 +103,7 @@ def test_a_session_is_reloaded_saved_elsewhere_or_overwritten(tmp_path: Path, tw
     assert one.state.message.startswith("not saved")
     one.known.note(path)
     one.obey("s")
-    assert are_equal(read_session(path).state.network, one.state.network)
+    assert are_equal(RETOPO_SESSION.read(path).state.network, one.state.network)
 
 
 def test_the_second_save_of_a_script_is_refused(tmp_path: Path, two: Any) -> None:
@@ -155,12 +156,12 @@ def test_what_a_crash_left_of_an_older_session_does_not_replace_it(
 
 
 def open_features(folder: Path) -> Any:
-    from patterndb_sketch.features.sessionfile import read_session
+    from patterndb_sketch.features.session import FEATURE_SESSION
     from tests.support.viewer.tents import opened
     from viewer.features.window import FeatureSaver, FeatureWriter
 
     path = folder / "tent.session"
-    state = opened(read_session(path)) if path.exists() else opened()
+    state = opened(FEATURE_SESSION.read(path)) if path.exists() else opened()
     files = FeatureWriter(folder, path)
     state.editing.files = files
     files.watch(state, "tent.obj")

@@ -25,7 +25,7 @@ from patterndb_sketch.features.edits import (
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.registration import FeatureCurves
-from patterndb_sketch.features.sessionfile import FeatureSession
+from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED
 from patterndb_sketch.history import History

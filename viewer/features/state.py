@@ -10,7 +10,7 @@ import numpy as np
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
 from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits
-from patterndb_sketch.features.sessionfile import FeatureSession
+from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.buttonpress import ButtonPress
 from viewer.camera import ModelCamera, ViewerState

@@ -9,18 +9,13 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb.system.files import replace_file
 from patterndb.system.knownfiles import KnownFiles
-from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.features.edits import FeatureEdits
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.networkjson import write_network
 from patterndb_sketch.features.registration import FeatureCurves
-from patterndb_sketch.features.sessionfile import (
-    FeatureSession,
-    read_session,
-    session_bytes,
-    write_network,
-    write_session,
-)
+from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
+from patterndb_sketch.sessions import Autosave
 from viewer import saver
 from viewer.facts import FactSheet
 from viewer.features.facts import describe_features, tell_hint
@@ -125,7 +120,7 @@ class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
         """
         editing = state.editing
         self.autosave = Autosave(
-            lambda edits: session_bytes(editing.session(edits)),
+            lambda edits: FEATURE_SESSION.encode(editing.session(edits)),
             editing.edits,
             session=self.session_path,
             base="" if self.session_path is None else self.known.digest(self.session_path),
@@ -134,7 +129,7 @@ class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
         )
 
         def read(path: Path) -> FeatureSession | str:
-            kept = read_session(path)
+            kept = FEATURE_SESSION.read(path)
             return kept if kept.mesh == mesh else (
                 f"of another model, {kept.mesh or 'unnamed'}; rename it to end in .session, and "
                 "give it as --session with that model to go on from it"
@@ -147,12 +142,12 @@ class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
         if self.session_path is None:
             raise InvalidFeatureError("there is no session to be read: none was saved yet")
         self.known.note(self.session_path)
-        return read_session(self.session_path)
+        return FEATURE_SESSION.read(self.session_path)
 
     def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("features", ".session")
-        self.replace_session(path, lambda: write_session(path, session))
+        self.replace_session(path, lambda: FEATURE_SESSION.write(path, session))
         self.note_saved(edits, path)
         return f"saved {path}"
 

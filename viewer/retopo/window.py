@@ -10,17 +10,16 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.surface import Surface
 from patterndb.system.knownfiles import FileChangedError, KnownFiles
-from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.retopo.editor import Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
-from patterndb_sketch.retopo.sessionfile import (
+from patterndb_sketch.retopo.session import (
+    RETOPO_SESSION,
     RetopoSession,
     autosave_session,
-    read_session,
-    write_session,
 )
+from patterndb_sketch.sessions import Autosave
 from viewer import saver, style
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_sheet
@@ -76,9 +75,11 @@ def show(
     name = Path(said.surface).name
     files = RetopoWriter(folder, session, script, said, write_mesh, None, known)
     files.autosave = autosave_session(
-        editor.surface, editor.state, session=session, folder=folder, name=name,
+        RetopoSession(editor.surface, editor.state, name),
+        session=session,
         base="" if session is None else files.known.digest(session),
-    )  # fmt: skip
+        folder=folder,
+    )
     state = RetopoState(editor, files=files)
     state.message = files.find_lost(editor.surface)
     from viewer.retopo.docks import RetopoWindow
@@ -158,7 +159,7 @@ class RetopoWriter(SessionWriter[State, State]):
         """Read what a crash left of work on a surface, and say so; "" if it left nothing."""
 
         def read(path: Path) -> State | str:
-            kept = read_session(path)
+            kept = RETOPO_SESSION.read(path)
             return kept.state if kept.surface.is_same(surface) else (
                 f"of another surface, {kept.name or 'unnamed'}; rename it to end in .retopo, and "
                 "give it as --session to go on from it"
@@ -173,7 +174,7 @@ class RetopoWriter(SessionWriter[State, State]):
         if path is None:
             raise InvalidRetopoError("there is no session to be read: none was saved yet")
         self.known.note(path)
-        kept = read_session(path)
+        kept = RETOPO_SESSION.read(path)
         if not kept.surface.is_same(surface):
             raise InvalidRetopoError(
                 f"{path} is of another surface by now, {kept.name or 'unnamed'}: open it in "
@@ -185,7 +186,7 @@ class RetopoWriter(SessionWriter[State, State]):
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("retopo", ".retopo")
         kept = RetopoSession(surface, state, Path(self._begun.surface).name)
-        self.replace_session(path, lambda: write_session(path, kept))
+        self.replace_session(path, lambda: RETOPO_SESSION.write(path, kept))
         self.note_saved(state, path)
         return f"saved {path}"
 

@@ -10,19 +10,18 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from patterndb.system.documents import JsonValue
 from patterndb.system.files import replace_file
 from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
-from patterndb_sketch.features.shapemodel.shaping import ChoiceEntries, ShapeChoice, Shaping
-from patterndb_sketch.workfile import digest_arrays
+from patterndb_sketch.features.shapemodel.shaping import SHAPE_SESSION, ShapeChoice, Shaping
+from patterndb_sketch.sessions import digest_arrays
 from viewer import saver
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
-from viewer.sessions import WorkForm, WorkKeeper, find_free_name
+from viewer.sessions import WorkKeeper, find_free_name
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.state import ShapesState
@@ -128,14 +127,12 @@ class ShapesSaver(saver.Saver):
         of = digest_arrays(shapes.mean, shapes.deviations, shapes.quads)
         folder = Path() if self._output is None else self._output.parent
 
-        def read(document: JsonValue) -> ShapeChoice:
-            found = document.read(ChoiceEntries).choice()
-            if len(found.coefficients) != shapes.n_modes:
-                document.fail(f"a shape of this model has {shapes.n_modes} coefficients")
-            return found
+        def is_usable(choice: ShapeChoice) -> bool:
+            return choice.coefficients.shape == (shapes.n_modes,)
 
-        form = WorkForm(self.kind, ShapeChoice.document, read, ShapeChoice.is_like)
-        self.keep_by(WorkKeeper(form, of, self.kept_work(), folder))
+        self.keep_by(
+            WorkKeeper(SHAPE_SESSION, of, self.kept_work(), folder, ShapeChoice.is_like, is_usable)
+        )
 
     def kept_work(self) -> ShapeChoice:
         return self.state.shaping.choice

@@ -15,9 +15,9 @@ from patterndb.store import Database
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
-from patterndb_sketch.surfacing.files.editsjson import LooseStroke, SurfacingWork
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
+from patterndb_sketch.surfacing.session import SurfacingWork
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, ViewerState
@@ -108,7 +108,6 @@ class SurfacingState(ViewerState[Camera]):
         self.openings_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
         self._saved: SurfacingEdits = first
-        self._loose: tuple[LooseStroke, ...] = ()
 
     @property
     def ink(self) -> InkedStroke | None:
@@ -126,7 +125,6 @@ class SurfacingState(ViewerState[Camera]):
     def take_work(self, work: SurfacingWork) -> None:
         self.leave()
         self.surfaces.settings = replace(self.surfaces.settings, alpha=work.alpha, fair=work.fair)
-        self._loose = work.strokes
         self._edit(work.edits)
         self.edges_shown = METHODS[work.edits.method].makes_quads
 
@@ -137,10 +135,16 @@ class SurfacingState(ViewerState[Camera]):
     def _lay_loose(self) -> bool:
         """Lay the strokes that were kept on their surface, once that is made; was it done?"""
         made = self.surfaces.made
-        if not self._loose or self.surfaces.making or made is None or made.surfacing is None:
+        if self.surfaces.making or made is None or made.surfacing is None:
             return False
-        loose, self._loose = self._loose, ()
-        laid = [ink for one in loose if (ink := one.lay_on(made.surfacing)) is not None]
+        inks = self.surfaces.edits.inks
+        if all(ink.surfacing is not None for ink in inks):
+            return False
+        laid = [
+            ink
+            for one in inks
+            if (ink := one.lay_on(made.surfacing) if one.surfacing is None else one) is not None
+        ]
         self.steps.settle(replace(self.surfaces.edits, inks=tuple(laid)))
         return True
 

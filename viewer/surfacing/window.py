@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from patterndb_sketch.surfacing.files.editsjson import SurfacingWork
+from patterndb_sketch.sessions import digest_arrays
 from patterndb_sketch.surfacing.patch import Surfacing
-from patterndb_sketch.workfile import digest_arrays
+from patterndb_sketch.surfacing.session import SURFACING_SESSION, SurfacingWork
 from viewer import saver
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
-from viewer.sessions import WorkForm, WorkKeeper, find_free_name
+from viewer.sessions import WorkKeeper, find_free_name
 from viewer.surfacing.commands import COMMANDS, KEYS
 from viewer.surfacing.picture import DRAWING_HINT, LOOKING_HINT, compose_surface, describe_surface
 from viewer.surfacing.state import SurfacingState
@@ -114,10 +114,9 @@ class SurfacingSaver(saver.Saver):
         """Keep what is edited from now on in case of a crash, and read what one left."""
         network = self.state.surfaces.edits.drawing.network
         of = digest_arrays(network.nodes, *(curve.points for curve in network.curves))
-        form = WorkForm(
-            self.kind, SurfacingWork.document, SurfacingWork.of_document, SurfacingWork.is_like
+        self.keep_by(
+            WorkKeeper(SURFACING_SESSION, of, self.kept_work(), self._folder, SurfacingWork.is_like)
         )
-        self.keep_by(WorkKeeper(form, of, self.kept_work(), self._folder))
 
     def kept_work(self) -> SurfacingWork:
         settings = self.state.surfaces.settings

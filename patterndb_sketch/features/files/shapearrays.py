@@ -12,13 +12,25 @@ Numbers and text alone: nothing in such a file is ever run.
 from __future__ import annotations
 
 import io
-import json
-from typing import Any
+import zipfile
+import zlib
+from pathlib import Path
+from tokenize import TokenError
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 
-from patterndb.system.archives import read_array, read_members
-from patterndb.system.documents import JsonValue, parse_json
+from patterndb.system.documents import (
+    JsonModel,
+    JsonValue,
+    Number,
+    encode_json,
+    name_file,
+    parse_json,
+    read_limited,
+)
+from patterndb.system.files import replace_file
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Feature
 from patterndb_sketch.features.shapemodel.model import ShapeModel, check_features
@@ -35,29 +47,49 @@ ARRAYS: dict[str, tuple[str, int]] = {
     "header": ("|u1", 1),
 }
 
-HEADER_KEYS = ("format", "version", "variance", "template", "names", "features")
-FEATURE_KEYS = ("name", "vertices")
-
 #: Bytes that the arrays may have together: a hundred modes of a million vertices.
 MAX_BYTES = 4_000_000_000
+
+#: What zipfile, its decompressors and numpy raise for files that are damaged or of another kind,
+#: encrypted, or packed by methods that are not known. Headers of arrays are read as Python.
+_UNREADABLE = (
+    zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError, LookupError, RuntimeError,
+    NotImplementedError, OverflowError, MemoryError, TypeError, AttributeError, SyntaxError,
+    TokenError,
+)  # fmt: skip
 
 #: How far modes may be from orthonormal: rounding alone moves them by some 1e-14.
 ORTHONORMAL = 1e-9
 
 
+class ShapeFeatureModel(JsonModel):
+    """A named chain of vertices."""
+
+    name: str
+    vertices: list[Annotated[int, Meta(ge=0, le=2**31 - 1, description="the number of a vertex")]]
+
+
+class HeaderModel(JsonModel):
+    """What a file has beside its numbers."""
+
+    format: str
+    version: int
+    variance: Number
+    template: str
+    names: list[str]
+    features: list[ShapeFeatureModel]
+
+
 def shape_bytes(model: ShapeModel) -> bytes:
     """The file of a shape model; :func:`shape_of` gives it back bit for bit."""
-    header = {
-        "format": FORMAT,
-        "version": VERSION,
-        "variance": model.variance,
-        "template": model.template,
-        "names": list(model.names),
-        "features": [
-            {"name": one.name, "vertices": one.vertices.tolist()} for one in model.features
-        ],
-    }
-    text = json.dumps(header, separators=(",", ":"), allow_nan=False).encode()
+    header = HeaderModel(
+        FORMAT,
+        VERSION,
+        model.variance,
+        model.template,
+        list(model.names),
+        [ShapeFeatureModel(one.name, one.vertices.tolist()) for one in model.features],
+    )
     file = io.BytesIO()
     np.savez(
         file,
@@ -66,14 +98,14 @@ def shape_bytes(model: ShapeModel) -> bytes:
         deviations=model.deviations.astype("<f8"),
         coefficients=model.coefficients.astype("<f8"),
         quads=model.quads.astype("<i4"),
-        header=np.frombuffer(text, np.uint8),
+        header=np.frombuffer(encode_json(header).rstrip(), np.uint8),
     )
     return file.getvalue()
 
 
 def shape_of(data: bytes) -> ShapeModel:
     """The shape model in a file's bytes. Raises InvalidFeatureError for anything else."""
-    arrays = _arrays(data)
+    arrays = _read_arrays(data)
     header = parse_json(arrays["header"].tobytes(), InvalidFeatureError, "a shape model's header")
     try:
         return _model(arrays, header)
@@ -81,17 +113,37 @@ def shape_of(data: bytes) -> ShapeModel:
         raise InvalidFeatureError(f"the shape model: {error}") from None
 
 
-def _arrays(data: bytes) -> dict[str, Any]:
-    members = read_members(data, InvalidFeatureError, "a shape model", max_bytes=MAX_BYTES)
-    if sorted(members) != sorted(f"{name}.npy" for name in ARRAYS):
-        raise InvalidFeatureError(
-            f"a shape model has the arrays {', '.join(ARRAYS)}; the file has "
-            f"{', '.join(sorted(members))[:200] or 'none'}"
-        )
-    arrays = {
-        name: read_array(members[f"{name}.npy"], InvalidFeatureError, f"the shape model's {name}")
-        for name in ARRAYS
-    }
+def read_shapes(path: Path | str) -> ShapeModel:
+    """Return the shape model in a file.
+
+    Raises InvalidFeatureError with the file and what is wrong; OSError.
+    """
+    path = Path(path)
+    with name_file(path, InvalidFeatureError):
+        return shape_of(read_limited(path, MAX_BYTES, InvalidFeatureError, "keep fewer modes"))
+
+
+def write_shapes(path: Path | str, model: ShapeModel) -> None:
+    """Write a shape model; :func:`read_shapes` gives it back bit for bit. Raises OSError."""
+    replace_file(Path(path), shape_bytes(model))
+
+
+def _read_arrays(data: bytes) -> dict[str, Any]:
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as file:
+            members = sum(one.file_size for one in file.zip.infolist())
+            if members > MAX_BYTES:
+                raise InvalidFeatureError(f"the shape model has more than {MAX_BYTES:,} bytes")
+            if sorted(file) != sorted(ARRAYS):
+                raise InvalidFeatureError(
+                    f"a shape model has the arrays {', '.join(ARRAYS)}; the file has "
+                    f"{', '.join(sorted(file))[:200] or 'none'}"
+                )
+            arrays = {name: file[name] for name in ARRAYS}
+    except InvalidFeatureError:
+        raise
+    except _UNREADABLE as reason:
+        raise InvalidFeatureError(f"this is not a shape model (.npz): {reason}") from None
     for name, (kind, axes) in ARRAYS.items():
         if arrays[name].dtype.str != kind or arrays[name].ndim != axes:
             raise InvalidFeatureError(
@@ -104,14 +156,10 @@ def _arrays(data: bytes) -> dict[str, Any]:
 
 
 def _model(arrays: dict[str, Any], header: JsonValue) -> ShapeModel:
-    entries = header.entries(HEADER_KEYS)
-    for key in HEADER_KEYS:
-        if key not in entries:
-            header.fail(f'"{key}" is missing in the header')
-    if entries["format"].text() != FORMAT or entries["version"].whole() != VERSION:
+    found = header.read(HeaderModel)
+    if found.format != FORMAT or found.version != VERSION:
         header.fail(
-            f"the format is {entries['format'].value!r} {entries['version'].value}; this reads "
-            f"{FORMAT!r} {VERSION}"
+            f"the format is {found.format!r} {found.version}; this reads {FORMAT!r} {VERSION}"
         )
     mean, modes, deviations, coefficients, quads = (
         np.ascontiguousarray(arrays[name])
@@ -131,23 +179,13 @@ def _model(arrays: dict[str, Any], header: JsonValue) -> ShapeModel:
     low, high = coefficients.min(axis=0), coefficients.max(axis=0)
     if not ((low < high) & (low <= 0.0) & (high >= 0.0)).all():
         header.fail("a mode's coefficients must be about 0 and differ")
-    names = [one.text() for one in entries["names"].items()]
-    if len(names) != k or len(set(names)) < k:
-        entries["names"].fail(f"there must be {k} different names")
-    variance = entries["variance"].number()
-    if variance < float((deviations**2).sum()) * (1.0 - 1e-9):
-        entries["variance"].fail("it is below that of the modes")
-    features: list[Feature] = []
-    for one in entries["features"].items():
-        parts = one.entries(FEATURE_KEYS)
-        if len(parts) < len(FEATURE_KEYS):
-            one.fail("a feature has a name and vertices")
-        vertices = [vertex.whole("the number of a vertex") for vertex in parts["vertices"].items()]
-        if any(not 0 <= vertex < n for vertex in vertices):
-            parts["vertices"].fail(f"vertices are 0..{n - 1}")
-        features.append(Feature(parts["name"].text(), np.array(vertices, np.int32)))
+    if len(found.names) != k or len(set(found.names)) < k:
+        header.at("names").fail(f"there must be {k} different names")
+    if found.variance < float((deviations**2).sum()) * (1.0 - 1e-9):
+        header.at("variance").fail("it is below that of the modes")
+    features = tuple(Feature(one.name, np.array(one.vertices, np.int32)) for one in found.features)
     check_features(features, quads, n)
     return ShapeModel(
-        mean, modes, deviations, coefficients, variance, quads, tuple(features), tuple(names),
-        entries["template"].text(),
+        mean, modes, deviations, coefficients, found.variance, quads, features,
+        tuple(found.names), found.template,
     )  # fmt: skip

@@ -15,7 +15,6 @@ exactly. settings: what this stroke has other than the rest, by the names of
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -32,9 +31,8 @@ from patterndb.system.documents import (
     Point,
     Polyline,
     complete_points,
-    name_file,
-    parse_json,
-    read_limited,
+    encode_json,
+    read_document,
 )
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.errors import InvalidFeatureError
@@ -51,11 +49,15 @@ SETTINGS = tuple(one.name for one in fields(SnapSettings))
 ANGLE = {"alpha", "axis", "beta"}
 
 
-class HeldEntries(JsonModel):
+class HeldModel(JsonModel):
+    """A point where the curve passes."""
+
     at: Annotated[Point, Meta(extra={"missing": "the point where the curve passes"})]
 
 
-class SettingsEntries(JsonModel):
+class SettingsModel(JsonModel):
+    """Settings that differ from the usual ones; beta in degrees, a nearness without end null."""
+
     alpha: Number | UnsetType = UNSET
     axis: Point | UnsetType = UNSET
     beta: Number | UnsetType = UNSET
@@ -71,47 +73,50 @@ class SettingsEntries(JsonModel):
     rounds: int | UnsetType = UNSET
 
 
-class FeatureStrokeEntries(JsonModel):
+class FeatureStrokeModel(JsonModel):
+    """A stroke and its curve's settings."""
+
     points: Annotated[Polyline, Meta(extra={"missing": "a list of two points or more"})]
     name: Annotated[str, Meta(description="the name of a curve")] | UnsetType = UNSET
     constraints: list[
-        Annotated[HeldEntries, Meta(description='an object such as {"at": [x, y, z]}')]
+        Annotated[HeldModel, Meta(description='an object such as {"at": [x, y, z]}')]
     ] = entry(default_factory=list)
-    settings: SettingsEntries | UnsetType = UNSET
+    settings: SettingsModel | UnsetType = UNSET
     closed: bool | UnsetType = UNSET
 
 
-class StrokesEntries(JsonModel):
-    strokes: Annotated[list[FeatureStrokeEntries], Meta(extra={"missing": "a list of strokes"})]
+class StrokesModel(JsonModel):
+    """All strokes of a file."""
+
+    strokes: Annotated[list[FeatureStrokeModel], Meta(extra={"missing": "a list of strokes"})]
 
 
 def read_strokes(
     path: Path | str, settings: SnapSettings | None = None
 ) -> tuple[FeatureStroke, ...]:
-    """The strokes in a JSON file; settings: those of strokes that have none of their own.
+    """Return the strokes in a JSON file; settings: those of strokes that have none of their own.
 
-    Raises InvalidFeatureError that names the file and the place in it, says what is wrong and
-    what would mend it; OSError as reading does.
+    Raises InvalidFeatureError with the file, the place in it and what is wrong; OSError.
     """
-    with name_file(Path(path), InvalidFeatureError):
-        data = read_limited(Path(path), MAX_BYTES, InvalidFeatureError, "give fewer points")
-        return strokes_of(parse_json(data, InvalidFeatureError, "strokes"), settings)
+
+    def read(document: JsonValue) -> tuple[FeatureStroke, ...]:
+        return _strokes(document, SnapSettings() if settings is None else settings)
+
+    return read_document(Path(path), MAX_BYTES, InvalidFeatureError, "strokes", read)
 
 
 def write_strokes(path: Path | str, strokes: Sequence[FeatureStroke]) -> None:
-    """Write strokes; :func:`read_strokes` gives them back. OSError as writing does."""
-    text = json.dumps(strokes_document(strokes), separators=(",", ":"), allow_nan=False)
-    replace_file(Path(path), text + "\n")
+    """Write strokes; :func:`read_strokes` gives them back. Raises OSError.
+
+    Settings that are the usual ones are left out, except those of an angle that has others.
+    """
+    replace_file(Path(path), encode_json({"strokes": [_document(stroke) for stroke in strokes]}))
 
 
-def strokes_of(
-    document: JsonValue, settings: SnapSettings | None = None
-) -> tuple[FeatureStroke, ...]:
-    """The strokes in a document. Raises InvalidFeatureError that names the place in it."""
-    entries = document.read(StrokesEntries, 'an object such as {"strokes": [{"points": [...]}]}')
-    usual = SnapSettings() if settings is None else settings
+def _strokes(document: JsonValue, usual: SnapSettings) -> tuple[FeatureStroke, ...]:
+    found = document.read(StrokesModel, 'an object such as {"strokes": [{"points": [...]}]}')
     result: list[FeatureStroke] = []
-    for i, one in enumerate(entries.strokes):
+    for i, one in enumerate(found.strokes):
         place = document.at("strokes", i)
         name = f"stroke {i + 1}" if one.name is UNSET else one.name
         if not name:
@@ -120,7 +125,7 @@ def strokes_of(
             place.fail(f"there is another stroke {name!r}; give each a name of its own")
         chosen = usual
         if one.settings is not UNSET:
-            chosen = _settings(place.at("settings"), one.settings, usual)
+            chosen = settings_of_model(one.settings, usual, place.at("settings"))
         held = np.array(complete_points(held.at for held in one.constraints)).reshape(-1, 3)
         points = np.array(complete_points(one.points))
         closed = None if one.closed is UNSET else one.closed
@@ -130,44 +135,30 @@ def strokes_of(
     return tuple(result)
 
 
-def strokes_document(strokes: Sequence[FeatureStroke]) -> dict[str, object]:
-    """Strokes as plain JSON has them; settings that are the usual ones are
-    left out, but for those of an angle that has others."""
-    return {"strokes": [_document(stroke) for stroke in strokes]}
+def model_of_settings(settings: SnapSettings) -> SettingsModel:
+    """Return all settings as files have them."""
+    values: dict[str, Any] = {name: getattr(settings, name) for name in SETTINGS}
+    values["axis"] = list(settings.axis)
+    values["beta"] = float(np.rad2deg(settings.beta))
+    return SettingsModel(**values)
 
 
-def settings_of(value: JsonValue, usual: SnapSettings) -> SnapSettings:
-    """Return settings with those of an object in place of the usual ones."""
-    return _settings(value, value.read(SettingsEntries), usual)
-
-
-def settings_document(settings: SnapSettings) -> dict[str, object]:
-    """All settings as JSON has them: beta in degrees, a nearness without end as null."""
-    document: dict[str, object] = {name: getattr(settings, name) for name in SETTINGS}
-    document["axis"] = list(settings.axis)
-    document["beta"] = float(np.rad2deg(settings.beta))
-    if settings.nearness == np.inf:
-        document["nearness"] = None
-    return document
-
-
-def _settings(place: JsonValue, entries: SettingsEntries, usual: SnapSettings) -> SnapSettings:
+def settings_of_model(found: SettingsModel, usual: SnapSettings, place: JsonValue) -> SnapSettings:
+    """Return the usual settings with those of a file in their place; raises its place's error."""
     changes: dict[str, Any] = {
-        name: value for name, value in structs.asdict(entries).items() if value is not UNSET
+        name: value for name, value in structs.asdict(found).items() if value is not UNSET
     }
-    if entries.axis is not UNSET:
-        changes["axis"] = tuple(complete_points([entries.axis])[0])
-        if not any(entries.axis):
+    if found.axis is not UNSET:
+        changes["axis"] = tuple(complete_points([found.axis])[0])
+        if not any(found.axis):
             place.at("axis").fail("the axis has no length; give a direction such as [0, 0, 1]")
-    if entries.beta is not UNSET:
-        changes["beta"] = float(np.deg2rad(entries.beta))
-    if entries.nearness is None:
-        changes["nearness"] = np.inf
+    if found.beta is not UNSET:
+        changes["beta"] = float(np.deg2rad(found.beta))
     with place.named():
-        found = replace(usual, **changes)
-        if not 1 <= found.degree <= MAX_DEGREE:
-            raise InvalidFeatureError(f"degree is {found.degree}; give 1 to {MAX_DEGREE}")
-        return found
+        result = replace(usual, **changes)
+        if not 1 <= result.degree <= MAX_DEGREE:
+            raise InvalidFeatureError(f"degree is {result.degree}; give 1 to {MAX_DEGREE}")
+        return result
 
 
 def _document(stroke: FeatureStroke) -> dict[str, object]:
@@ -176,7 +167,9 @@ def _document(stroke: FeatureStroke) -> dict[str, object]:
         document["closed"] = stroke.closed
     if len(stroke.held):
         document["constraints"] = [{"at": point} for point in stroke.held.tolist()]
-    ours, usual = settings_document(stroke.settings), settings_document(SnapSettings())
+    ours, usual = (
+        structs.asdict(model_of_settings(one)) for one in (stroke.settings, SnapSettings())
+    )
     other = {name: value for name, value in ours.items() if value != usual[name]}
     if not ANGLE.isdisjoint(other):
         other = {name: value for name, value in ours.items() if name in other or name in ANGLE}

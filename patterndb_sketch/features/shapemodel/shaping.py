@@ -12,13 +12,13 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Int64Array
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Floats, Points
-from patterndb.system.documents import JsonModel, Number
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.registration.template import MIRROR, Mirroring
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS, ShapeEdit, edit, pull_feature
 from patterndb_sketch.features.shapemodel.model import ShapeModel
 from patterndb_sketch.history import History
+from patterndb_sketch.sessions import SessionFormat
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,30 +109,11 @@ class ShapeChoice:
             self.stiffness,
         ) == (other.held, other.hold, other.stiffness)
 
-    def document(self) -> dict[str, object]:
-        """What :meth:`ChoiceEntries.choice` reads, for JSON."""
-        return {
-            "coefficients": self.coefficients.tolist(),
-            "origin": self.origin,
-            "held": sorted(self.held),
-            "hold": self.hold,
-            "stiffness": self.stiffness,
-        }
 
-
-class ChoiceEntries(JsonModel):
-    """A choice, as JSON has it."""
-
-    coefficients: list[Number]
-    origin: str
-    held: list[str]
-    hold: Number
-    stiffness: Number
-
-    def choice(self) -> ShapeChoice:
-        """The choice."""
-        values = np.array(self.coefficients, np.float64)
-        return ShapeChoice(values, self.origin, frozenset(self.held), self.hold, self.stiffness)
+#: How the choice of a shape is kept in case of a crash: as it is.
+SHAPE_SESSION: SessionFormat[ShapeChoice, ShapeChoice] = SessionFormat(
+    "shape-model", InvalidFeatureError, ShapeChoice, lambda choice: choice, lambda choice, _: choice
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

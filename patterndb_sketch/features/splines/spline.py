@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,9 +22,6 @@ GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(6)
 #: Steps of Newton's method from an arc length to its parameter; the table's guess is off by
 #: little, and each step doubles the digits.
 NEWTON_STEPS = 4
-
-#: What a spline's document holds; a closed one's has "closed", too.
-KEYS = ("degree", "knots", "control_points")
 
 #: A closed curve of fewer control points would be a segment there and back.
 LEAST_CLOSED = 3
@@ -160,38 +156,6 @@ class Spline:
     def sample(self, count: int) -> Points:
         """(count, 3) points at equal arc length from end to end, at least 2."""
         return self.evaluate(self.at_lengths(np.linspace(0.0, self.length, count)))
-
-    def as_document(self) -> dict[str, object]:
-        """The curve as plain lists and numbers, for a file; see :meth:`from_document`."""
-        document: dict[str, object] = {
-            "degree": self.degree,
-            "knots": self.knots.tolist(),
-            "control_points": self.control.tolist(),
-        }
-        return document | {"closed": True} if self.closed else document
-
-    @classmethod
-    def from_document(cls, document: Mapping[str, object]) -> Spline:
-        """From what :meth:`as_document` gave. Raises InvalidFeatureError for anything else."""
-        missing = [key for key in KEYS if key not in document]
-        unknown = sorted(set(document) - {*KEYS, "closed"})
-        if missing or unknown:
-            raise InvalidFeatureError(
-                f"a spline is written as {', '.join(KEYS)}, and closed; "
-                f"missing: {missing or 'none'}, unknown: {unknown or 'none'}"
-            )
-        degree = document["degree"]
-        if not isinstance(degree, int) or isinstance(degree, bool):
-            raise InvalidFeatureError(f"a spline's degree is {degree!r}; give a whole number")
-        closed = document.get("closed", False)
-        if not isinstance(closed, bool):
-            raise InvalidFeatureError(f"a spline's closed is {closed!r}; give true or false")
-        try:
-            knots = np.array(document["knots"], np.float64)
-            control = np.array(document["control_points"], np.float64)
-        except (TypeError, ValueError) as reason:
-            raise InvalidFeatureError(f"a spline's numbers cannot be read: {reason}") from None
-        return cls(degree, knots, control, closed)
 
     def _within(self, t: ArrayLike) -> Floats:
         """(m,) parameters within the domain: the ends for those beyond, or a period's turn on."""

@@ -14,10 +14,10 @@ from bodies import body
 
 from ingest.formats import read_mesh, write_mesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.files.curvesjson import read_curves
+from patterndb_sketch.features.files.networkjson import read_curves, read_network
 from patterndb_sketch.features.initial import interpolate_points
 from patterndb_sketch.features.registration import register, template_of_name
-from patterndb_sketch.features.sessionfile import read_network, read_session
+from patterndb_sketch.features.session import FEATURE_SESSION
 from tests.support.cli.commandline import assert_refused, run
 from tests.support.cli.featurecases import TEMPLATE, car_bodies, write_bodies
 
@@ -131,7 +131,7 @@ def test_a_session_is_gone_on_with(sedan: Path, few: Path, tmp_path: Path) -> No
     """Its curves are found again from what was clicked, dragged and set; others join them."""
     session = tmp_path / "a.session"
     first = document("features", sedan, "--strokes", few, "--session", session, "--stiffness", 3)
-    kept = read_session(session)
+    kept = FEATURE_SESSION.read(session)
     assert kept.mesh == "sedan.obj"
     assert [one.name for one in kept.curves] == list(first["curves"])
     again = document("features", sedan, "--session", session)
@@ -143,7 +143,10 @@ def test_a_session_is_gone_on_with(sedan: Path, few: Path, tmp_path: Path) -> No
     one = tmp_path / "one.json"
     one.write_text(json.dumps({"strokes": [strokes[1] | {"name": "another"}]}))
     run("features", sedan, "--session", session, "--strokes", one)
-    assert [curve.name for curve in read_session(session).curves] == [*first["curves"], "another"]
+    assert [curve.name for curve in FEATURE_SESSION.read(session).curves] == [
+        *first["curves"],
+        "another",
+    ]
     wheels = tmp_path / "other.obj"
     wheels.write_bytes(sedan.read_bytes())
     assert "drawn on sedan.obj" in run("features", wheels, "--session", session).err
@@ -215,7 +218,7 @@ def test_slips_are_refused(sedan: Path, few: Path, tmp_path: Path) -> None:
     broken.write_text('{"strokes": [{"points": [[0,0,0]]}]}')
     assert_refused(run("features", sedan, "--strokes", broken), 3, "broken.json", "strokes[0]")
     broken.write_text("{")
-    assert_refused(run("features", sedan, "--session", broken), 3, "broken.json", "not a session")
+    assert_refused(run("features", sedan, "--session", broken), 3, "broken.json", "this is no JSON")
 
 
 class TestRegister:
@@ -261,7 +264,7 @@ class TestRegister:
         assert_refused(refused, 3, "beyond the tolerance of 1e-06")
 
     def test_a_template_may_be_a_file(self, sedan: Path, curves: Path, tmp_path: Path) -> None:
-        from patterndb_sketch.features.sessionfile import write_template
+        from patterndb_sketch.features.files.templatejson import write_template
 
         path, output, named = (tmp_path / name for name in ("roof.json", "a.obj", "b.obj"))
         write_template(path, template_of_name("box:roof?r=4"))

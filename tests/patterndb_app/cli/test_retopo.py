@@ -14,7 +14,7 @@ import trimesh
 
 from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.sessionfile import read_session
+from patterndb_sketch.retopo.session import RETOPO_SESSION
 from tests.support.cli.commandline import assert_refused, run
 from viewer.retopo.pointing import VIEW_SIDES
 
@@ -143,7 +143,7 @@ def test_a_session_goes_on_where_it_ended(ball: Path, tmp_path: Path) -> None:
     document("--script", whole, "-o", outputs[0])
     told = document("--script", one, "--session", session)
     assert told["session"] == str(session)
-    assert read_session(session).name == "ball.obj"
+    assert RETOPO_SESSION.read(session).name == "ball.obj"
     told = document("--script", two, "--session", session, "-o", outputs[1])
     assert told["patches"] == {"3": 7, "4": 1} or sum(told["patches"].values()) == 9
     assert outputs[1].read_bytes() == outputs[0].read_bytes()

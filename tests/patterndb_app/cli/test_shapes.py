@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from ingest.formats import read_mesh
-from patterndb_sketch.features.sessionfile import read_shapes, write_template
+from patterndb_sketch.features.files.shapearrays import read_shapes
+from patterndb_sketch.features.files.templatejson import write_template
 from patterndb_sketch.features.shapemodel import edit, measure_errors, pull_feature
 from tests.support.cli.commandline import Result, assert_refused, run
 from tests.support.cli.featurecases import TEMPLATE as WHOLE

@@ -12,16 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from patterndb_sketch import autosave
-from patterndb_sketch.autosave import EVERY, find_recoveries
+from patterndb_sketch import sessions
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.sessionfile import (
-    RetopoSession,
-    autosave_session,
-    read_session,
-    session_bytes,
-    write_session,
-)
+from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
+from patterndb_sketch.sessions import EVERY, find_recoveries
 from query.engine import PatternSource
 from tests.support.retopo.editors import SIZES, do, line
 from tests.support.retopo.networks import plane
@@ -47,12 +41,12 @@ def clock() -> Clock:
 
 def left(session: Path | None, folder: Path | None = None) -> list[Path]:
     """What would be found had this process been killed, and another begun."""
-    own = set(autosave._OWN)
-    autosave._OWN.clear()
+    own = set(sessions._OWN)
+    sessions._OWN.clear()
     try:
         return [one.path for one in find_recoveries(session, folder)]
     finally:
-        autosave._OWN.update(own)
+        sessions._OWN.update(own)
 
 
 def drawn(editor: Editor, k: int) -> None:
@@ -64,7 +58,7 @@ def test_changes_are_written_every_half_minute(
 ) -> None:
     session = tmp_path / "a.retopo"
     kept = autosave_session(
-        editor.surface, editor.state, session=session, name="a.obj", clock=clock
+        RetopoSession(editor.surface, editor.state, "a.obj"), session=session, clock=clock
     )
     path = kept.path
     assert path is not None
@@ -74,8 +68,8 @@ def test_changes_are_written_every_half_minute(
     assert not kept.tick(editor.state), "nothing changed"
     drawn(editor, 0)
     assert kept.tick(editor.state), "time has passed"
-    assert read_session(path).state.same(editor.state)
-    assert read_session(path).name == "a.obj"
+    assert RETOPO_SESSION.read(path).state.same(editor.state)
+    assert RETOPO_SESSION.read(path).name == "a.obj"
     written = path.read_bytes()
     drawn(editor, 1)
     clock.now += EVERY - 0.1
@@ -83,12 +77,14 @@ def test_changes_are_written_every_half_minute(
     assert path.read_bytes() == written
     clock.now += 0.1
     assert kept.tick(editor.state)
-    assert path.read_bytes() == session_bytes(RetopoSession(editor.surface, editor.state, "a.obj"))
+    assert path.read_bytes() == RETOPO_SESSION.encode(
+        RetopoSession(editor.surface, editor.state, "a.obj")
+    )
     clock.now += EVERY
     assert not kept.tick(editor.state), "nothing changed since"
     editor.do(Call("undo"))
     assert kept.tick(editor.state)
-    assert read_session(path).state.same(editor.state)
+    assert RETOPO_SESSION.read(path).state.same(editor.state)
     assert left(session) == [path]
     assert not session.exists(), "the session itself is written by hand alone"
 
@@ -96,7 +92,9 @@ def test_changes_are_written_every_half_minute(
 def test_saving_and_a_clean_end_leave_no_recovery_file(
     editor: Editor, clock: Clock, tmp_path: Path
 ) -> None:
-    kept = autosave_session(editor.surface, editor.state, folder=tmp_path, clock=clock)
+    kept = autosave_session(
+        RetopoSession(editor.surface, editor.state), folder=tmp_path, clock=clock
+    )
     first = kept.path
     assert first is not None
     assert first.name.startswith("unnamed.")
@@ -105,7 +103,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
     assert kept.tick(editor.state)
     assert left(None, tmp_path) == [first]
     session = tmp_path / "b.retopo"
-    write_session(session, RetopoSession(editor.surface, editor.state))
+    RETOPO_SESSION.write(session, RetopoSession(editor.surface, editor.state))
     kept.saved(editor.state, session)
     assert not first.exists()
     clock.now += EVERY
@@ -123,7 +121,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
 
 
 def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Clock) -> None:
-    kept = autosave_session(editor.surface, editor.state, clock=clock)
+    kept = autosave_session(RetopoSession(editor.surface, editor.state), clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
     assert kept.path is None
@@ -132,7 +130,7 @@ def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Cloc
 
 def test_a_write_that_fails_is_tried_again(editor: Editor, clock: Clock, tmp_path: Path) -> None:
     folder = tmp_path / "gone"
-    kept = autosave_session(editor.surface, editor.state, folder=folder, clock=clock)
+    kept = autosave_session(RetopoSession(editor.surface, editor.state), folder=folder, clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
     with pytest.raises(FileNotFoundError):
@@ -149,7 +147,7 @@ def test_two_windows_do_not_take_each_others_files(
 ) -> None:
     session = tmp_path / "a.retopo"
     both = [
-        autosave_session(editor.surface, editor.state, session=session, clock=clock)
+        autosave_session(RetopoSession(editor.surface, editor.state), session=session, clock=clock)
         for _ in range(2)
     ]
     drawn(editor, 0)
@@ -213,13 +211,13 @@ CHILD = """
     from tests.support.retopo.networks import plane
     import patterndb
     from patterndb_sketch.retopo.editor import Editor
-    from patterndb_sketch.retopo.sessionfile import autosave_session
+    from patterndb_sketch.retopo.session import RetopoSession, autosave_session
 
     now = 0.0
     with patterndb.open() as source:
         editor = Editor(plane(), source, replace(SIZES, snap=0.05))
-        kept = autosave_session(editor.surface, editor.state, session=Path(sys.argv[1]),
-                                clock=lambda: now)
+        begun = RetopoSession(editor.surface, editor.state)
+        kept = autosave_session(begun, session=Path(sys.argv[1]), clock=lambda: now)
         states = [editor.state]
         # An edit every 10 seconds, a tick every second, for five minutes and 25 seconds.
         for second in range(1, 326):
@@ -257,7 +255,7 @@ def test_a_kill_loses_half_a_minute_at_most(tmp_path: Path) -> None:
     assert child.wait() == -signal.SIGKILL
     child.stdout.close()
     (found,) = find_recoveries(session)
-    kept = len(read_session(found.path).state.network.chains)
+    kept = len(RETOPO_SESSION.read(found.path).state.network.chains)
     # An edit every ten seconds: the three before the kill may be lost, and no more.
     assert kept in states[-4:]
     assert [one.name for one in tmp_path.iterdir()] == [found.path.name], "nothing half written"

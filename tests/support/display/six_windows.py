@@ -177,7 +177,7 @@ def keep_shapes(folder: Path) -> None:
 
 def keep_features(folder: Path) -> None:
     """Show the window of feature curves as the command line does, until it is closed."""
-    from patterndb_sketch.features.sessionfile import FeatureSession
+    from patterndb_sketch.features.session import FeatureSession
     from patterndb_sketch.features.snap import SnapSettings
     from tests.support.viewer.tents import tent
     from viewer.features import window

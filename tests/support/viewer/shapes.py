@@ -31,7 +31,7 @@ def car_laid() -> Registration:
     car = body("sedan", COARSE, whole=True)
     curves = {c.name: spline_through(c.smooth) for c in car.features if c.kind != "hidden"}
     return register(
-        Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles)),
+        Surface.from_soup(PolygonMesh.from_faces(car.points, car.triangles)),
         curves,
         car_template(),
     )

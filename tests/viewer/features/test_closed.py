@@ -11,7 +11,7 @@ import pytest
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
+from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from tests.support.viewer.tents import click, curve_of, drawn, held, keys, line_of
 from viewer.features import FeatureState
@@ -154,8 +154,8 @@ def test_sessions_keep_curves_closed(state: FeatureState, tmp_path: Path) -> Non
     """What is read is shown as it was, stays closed when it is changed, and can be opened."""
     draw_around(state)
     click(state, *at(state, beside()[0]))
-    write_session(tmp_path / "a.session", state.editing.session())
-    kept: FeatureSession = read_session(tmp_path / "a.session")
+    FEATURE_SESSION.write(tmp_path / "a.session", state.editing.session())
+    kept: FeatureSession = FEATURE_SESSION.read(tmp_path / "a.session")
     other = FeatureState(frustum(), session=kept, settings=SnapSettings())
     try:
         drawn(other)

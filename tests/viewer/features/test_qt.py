@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
-from patterndb_sketch.features.sessionfile import read_session
+from patterndb_sketch.features.session import FEATURE_SESSION
 from tests.support.viewer.events import Events, answer, check_actions, check_looking
 from tests.support.viewer.tents import BESIDE, at, tent
 from viewer.features import FeatureState
@@ -61,7 +61,7 @@ def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.Mon
         assert state.editing.ribs_shown
         check_looking(events, state.camera)
         events.keys("Ctrl+S")
-        (kept,) = read_session(tmp_path / "roof.session").curves
+        (kept,) = FEATURE_SESSION.read(tmp_path / "roof.session").curves
         assert kept.name == "ridge"
         events.work()
         assert events.window.close() and len(asked) == 1

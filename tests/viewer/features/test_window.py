@@ -11,12 +11,8 @@ from bodies import body, degrade, stroke
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.sessionfile import (
-    FeatureSession,
-    read_network,
-    read_session,
-    write_session,
-)
+from patterndb_sketch.features.files.networkjson import read_network
+from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from tests.support.viewer.events import read
 from tests.support.viewer.tents import drawn, keys, opened, picked, tent
 from viewer import PictureFormatError
@@ -115,7 +111,7 @@ def test_everything_is_saved(tmp_path: Path) -> None:
         )
         names = sorted(path.name for path in tmp_path.iterdir())
         assert names == ["curves-1.json", "curves-1.obj", "features-1.png", "features-1.session"]
-        (curve,) = read_session(tmp_path / "features-1.session").curves
+        (curve,) = FEATURE_SESSION.read(tmp_path / "features-1.session").curves
         look = state.editing.look(state.editing.edits.curves[0])
         assert look is not None and (curve.samples == look.samples).all()
         network = read_network(tmp_path / "curves-1.json")
@@ -148,7 +144,7 @@ def test_a_session_goes_back_into_its_file(tmp_path: Path) -> None:
     picked(state)
     try:
         saver_of(state, tmp_path, path).obey("s")
-        assert len(read_session(path).curves) == 1 and list(tmp_path.iterdir()) == [path]
+        assert len(FEATURE_SESSION.read(path).curves) == 1 and list(tmp_path.iterdir()) == [path]
     finally:
         state.close()
 
@@ -165,7 +161,7 @@ def left(folder: Path, mesh: str = "roof.obj") -> Path:
     state = opened(session=FeatureSession(mesh))
     picked(state)
     path = folder / "unnamed-features.999999999-abc.recovery"
-    write_session(path, state.editing.session())
+    FEATURE_SESSION.write(path, state.editing.session())
     state.close()
     return path
 
@@ -184,7 +180,7 @@ def test_what_is_drawn_is_kept_in_case_of_a_crash(tmp_path: Path) -> None:
         state.poll()
         (kept,) = tmp_path.iterdir()
         assert kept.name.startswith("unnamed-features.")
-        assert [one.name for one in read_session(kept).curves] == ["curve 1"]
+        assert [one.name for one in FEATURE_SESSION.read(kept).curves] == ["curve 1"]
         assert state.editing.save_session()
         assert [one.name for one in tmp_path.iterdir()] == ["features-1.session"]
         state.editing.delete()
@@ -194,7 +190,7 @@ def test_what_is_drawn_is_kept_in_case_of_a_crash(tmp_path: Path) -> None:
         # Whoever closes the window has said what becomes of it; Ctrl-C has not.
         autosave = files.autosave
         kept = files.end(state.editing.edits)
-        assert kept is not None and read_session(kept).curves == ()
+        assert kept is not None and FEATURE_SESSION.read(kept).curves == ()
         files.autosave = autosave
         assert files.end(None) is None
         assert [one.name for one in tmp_path.iterdir()] == ["features-1.session"]
@@ -221,7 +217,7 @@ def test_what_a_crash_left_is_one_step_and_goes_when_it_is_saved(tmp_path: Path)
         assert state.editing.edits is mine, "nothing is lost by taking it"
         keys(state, "U s")
         assert [one.name for one in tmp_path.iterdir()] == ["features-1.session"]
-        kept = read_session(tmp_path / "features-1.session")
+        kept = FEATURE_SESSION.read(tmp_path / "features-1.session")
         assert kept.mesh == "roof.obj" and len(kept.curves) == 1
     finally:
         state.close()

@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script
-from patterndb_sketch.retopo.sessionfile import read_session
+from patterndb_sketch.retopo.session import RETOPO_SESSION
 from tests.support.viewer.events import Events, answer, check_actions, check_looking
 from tests.support.viewer.sheets import SQUARE, at
 from viewer.retopo import RetopoState
@@ -80,7 +80,7 @@ def test_the_window_does_what_it_is_told(
         assert not events.window.close() and "being drawn" in asked[-1]
         events.keys("Escape")
         events.keys("Ctrl+S")
-        assert are_equal(read_session(session).state.network, state.network)
+        assert are_equal(RETOPO_SESSION.read(session).state.network, state.network)
         events.work()
         count = len(asked)
         assert events.window.close() and len(asked) == count
@@ -198,11 +198,11 @@ def test_a_session_that_another_window_saved_is_asked_about(
         events.work()
         assert asked == ["a.retopo has changed since it was opened or saved here."]
         if way == "&Overwrite":
-            assert are_equal(read_session(path).state.network, drawn)
+            assert are_equal(RETOPO_SESSION.read(path).state.network, drawn)
         else:
             assert path.read_bytes() == theirs
         if way == "Save &as…":
-            assert are_equal(read_session(other).state.network, drawn)
+            assert are_equal(RETOPO_SESSION.read(other).state.network, drawn)
             assert files.session_path == other
         assert state.editing.unsaved == (way == "Cancel")
         assert are_equal(state.network, drawn) == (way != "&Reload")

@@ -7,17 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from patterndb_sketch.autosave import find_recoveries
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
-from patterndb_sketch.retopo.sessionfile import (
-    RetopoSession,
-    autosave_session,
-    read_session,
-    write_session,
-)
+from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
+from patterndb_sketch.sessions import find_recoveries
 from query.engine import PatternSource
 from tests.support.viewer.events import read
 from tests.support.viewer.sheets import drag, keys, opened, sheet, square, tube
@@ -49,7 +44,7 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     assert state.message == f"saved {tmp_path / 'retopo-1.retopo'}" and not state.editing.unsaved
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["quads-1.obj", "retopo-1.jsonl", "retopo-1.png", "retopo-1.retopo"]
-    kept = read_session(tmp_path / "retopo-1.retopo")
+    kept = RETOPO_SESSION.read(tmp_path / "retopo-1.retopo")
     assert are_equal(kept.state.network, state.network) and kept.name == "sheet.obj"
     quads = len(state.shown.body.mesh.quads)
     assert (tmp_path / "quads-1.obj").read_text() == f"{quads} quads"
@@ -81,13 +76,13 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
     square(state)
     RetopoSaver(state, writer(tmp_path), SIZE).play(["s", "S", "s", "S"])
     assert sorted(tmp_path.iterdir()) == sorted(paths.values())
-    assert len(read_session(paths["session"]).state.network.patches) == 1
+    assert len(RETOPO_SESSION.read(paths["session"]).state.network.patches) == 1
 
 
 def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) -> None:
     now = [0.0]
     autosave = autosave_session(
-        state.surface, state.shown.state, folder=tmp_path, clock=lambda: now[0]
+        RetopoSession(state.surface, state.shown.state), folder=tmp_path, clock=lambda: now[0]
     )
     state.editing.files = RetopoWriter(
         tmp_path, None, None, Script("sheet.obj", ()), None, autosave
@@ -98,7 +93,7 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
     now[0] = 31.0
     state.poll()
     (kept,) = tmp_path.iterdir()
-    assert are_equal(read_session(kept).state.network, state.network)
+    assert are_equal(RETOPO_SESSION.read(kept).state.network, state.network)
     state.editing.save_session()
     assert [path.name for path in tmp_path.iterdir()] == ["retopo-1.retopo"]
     state.editing.undo()
@@ -161,7 +156,9 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
             show(Editor(sheet(), source), folder=tmp_path)
         (kept,) = tmp_path.iterdir()
         assert kept.suffix == ".recovery", "only an end that was asked for takes it away"
-        assert len(read_session(kept).state.network.chains) == 5, "the border and four strokes"
+        assert len(RETOPO_SESSION.read(kept).state.network.chains) == 5, (
+            "the border and four strokes"
+        )
         assert [one.path for one in find_recoveries(folder=tmp_path)] == [kept]
         kept.unlink()
     with pytest.raises(ValueError, match="no key"):
@@ -175,7 +172,7 @@ def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Pa
     editor, now = Editor(sheet(), source), state.shown.state
     state.close()
     path = folder / f"{name}.999999999-abc.recovery"
-    write_session(path, RetopoSession(sheet(), now, "sheet.obj"))
+    RETOPO_SESSION.write(path, RetopoSession(sheet(), now, "sheet.obj"))
     editor.restore(now)
     return path, editor
 
@@ -204,7 +201,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     assert state.message == "there is nothing that a crash left"
     keys(state, "s")
     assert not path.exists(), "it is saved now"
-    assert are_equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
+    assert are_equal(RETOPO_SESSION.read(tmp_path / "retopo-1.retopo").state.network, state.network)
     keys(state, "s")
     assert sorted(one.name for one in tmp_path.iterdir()) == ["retopo-1.retopo"]
 
@@ -226,7 +223,7 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     assert path.exists()
     # What was found and not opened stays, too.
     state.editing.files = files = writer(tmp_path)
-    write_session(path, RetopoSession(sheet(), state.shown.state, ""))
+    RETOPO_SESSION.write(path, RetopoSession(sheet(), state.shown.state, ""))
     assert "R opens it" in files.find_lost(state.surface) and files.lost is not None
     keys(state, "s")
     assert path.exists()

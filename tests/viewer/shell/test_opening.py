@@ -12,7 +12,7 @@ import patterndb
 from ingest import ingest
 from patterndb.store import LearningOptions
 from patterndb_app.cli.options import read_model
-from patterndb_sketch.features.sessionfile import FeatureSession
+from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.surfacing import read_drawing
 from tests.support.shared import CHECKOUT

@@ -10,6 +10,7 @@ import pytest
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.files.templatejson import read_template, write_template
 from patterndb_sketch.features.registration import (
     ChainStep,
     CurveJoint,
@@ -21,7 +22,6 @@ from patterndb_sketch.features.registration import (
     join_features,
     register,
 )
-from patterndb_sketch.features.sessionfile import read_template, write_template
 from patterndb_sketch.features.shapemodel import ShapeModel, edit, pull_feature
 from patterndb_sketch.features.splines import Spline
 from tests.support.features.rings import can

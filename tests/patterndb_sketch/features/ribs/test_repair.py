@@ -127,7 +127,7 @@ class TestRepair:
         """A simple polygon of original points and of corners restored in gaps; near the true
         surface for the most part."""
         car = body("city car", whole=True)
-        clean = Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles))
+        clean = Surface.from_soup(PolygonMesh.from_faces(car.points, car.triangles))
         mess = degrade(
             car, 1, uneven=True, cuts=3, gaps=0.001, crossings=0.003, flips=0.5,
             interior=True, exterior=True, shuffle=True,

@@ -33,7 +33,7 @@ class TestCleanMeshes:
 
     def test_car_body(self) -> None:
         car = body("sedan", whole=True)
-        model = Surface.from_soup(PolygonMesh.from_faces(car.vertices, car.triangles))
+        model = Surface.from_soup(PolygonMesh.from_faces(car.points, car.triangles))
         for name in ("roof_rail", "shoulder", "front_arch"):
             line = car.feature(name).smooth[10:-10:10]
             ribs = build_ribs(model, line[1:-1], line[2:] - line[:-2])

@@ -17,20 +17,18 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.files.curvesjson import read_curves, write_curves
+from patterndb_sketch.features.files.networkjson import (
+    SplineModel,
+    read_curves,
+    read_network,
+    write_curves,
+    write_network,
+)
 from patterndb_sketch.features.files.strokesjson import read_strokes, write_strokes
 from patterndb_sketch.features.fishbone import cut, track_crease
 from patterndb_sketch.features.initial import find_initial_curve, is_ring
 from patterndb_sketch.features.registration import FeatureCurves
-from patterndb_sketch.features.sessionfile import (
-    FeatureSession,
-    read_network,
-    read_session,
-    session_strokes,
-    with_curves,
-    write_network,
-    write_session,
-)
+from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 from patterndb_sketch.features.splines import Spline, fit_spline
 from patterndb_sketch.features.strokes import FeatureStroke, recover_curve
@@ -178,18 +176,17 @@ def test_files_and_sessions_keep_curves_closed(tmp_path: Path) -> None:
     assert [one.curve.spline.closed for one in found] == [True, True, False, False]
     write_curves(tmp_path / "curves.json", found)
     for one, other in zip(found, read_curves(tmp_path / "curves.json"), strict=True):
-        assert one.curve.spline.as_document() == other.curve.spline.as_document()
+        assert SplineModel.of(one.curve.spline) == SplineModel.of(other.curve.spline)
         assert (one.curve.parameters == other.curve.parameters).all()
     network = read_network(tmp_path / "curves.json")
     write_network(tmp_path / "network.json", network)
     for name, spline in read_network(tmp_path / "network.json").curves.items():
-        assert spline.as_document() == network.curves[name].as_document()
-    session = with_curves(FeatureSession("can.obj"), found, SnapSettings())
-    write_session(tmp_path / "a.session", session)
-    for one, (kept, pins) in zip(
-        found, session_strokes(read_session(tmp_path / "a.session"), SnapSettings()), strict=True
-    ):
-        curve = recover_curve(model, kept, pins).curve
+        assert SplineModel.of(spline) == SplineModel.of(network.curves[name])
+    session = FeatureSession("can.obj").with_curves(found, SnapSettings())
+    FEATURE_SESSION.write(tmp_path / "a.session", session)
+    again = FEATURE_SESSION.read(tmp_path / "a.session").curves
+    for one, kept in zip(found, again, strict=True):
+        curve = recover_curve(model, kept.stroke, kept.constraints).curve
         assert (curve.spline.control == one.curve.spline.control).all()
     ring_ = {"curves": {"rim": rim()[::40].tolist()}}
     (tmp_path / "polyline.json").write_text(json.dumps(ring_))
@@ -268,8 +265,8 @@ def test_closed_splines_are_smooth_and_meet_constraints(
     for number, place in held:
         assert fit.spline.evaluate(fit.parameters[number])[0] == pytest.approx(place, abs=1e-9)
     assert (np.diff(fit.parameters) >= 0.0).all() and np.ptp(fit.parameters) < 1.0
-    again = Spline.from_document(json.loads(json.dumps(fit.spline.as_document())))
-    assert again.as_document() == fit.spline.as_document()
+    written = SplineModel.of(fit.spline)
+    assert SplineModel.of(written.spline()) == written
 
 
 @settings(max_examples=40, deadline=None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 
 import numpy as np
@@ -125,31 +124,7 @@ class TestArcLength:
         assert np.ptp(chords) < 1e-6
 
 
-class TestDocument:
-    @given(st.integers(0, 2**32))
-    def test_round_trip(self, seed: int) -> None:
-        spline = random_spline(seed)
-        again = Spline.from_document(json.loads(json.dumps(spline.as_document())))
-        assert again.degree == spline.degree
-        assert (again.knots == spline.knots).all() and (again.control == spline.control).all()
-
-    def test_refusals(self) -> None:
-        good = random_spline(2, 3).as_document()
-        for change, what in (
-            ({"degree": 2.5}, "whole number"),
-            ({"degree": True}, "whole number"),
-            ({"degree": 0}, "give one of 1"),
-            ({"knots": [0, 1]}, "it needs"),
-            ({"knots": "x"}, "cannot be read"),
-            ({"control_points": [[0, 0, 0]]}, "at least 4"),
-            ({"control_points": [[0, 0, float("nan")]] * 9}, "not finite"),
-            ({"weights": []}, r"unknown: .'weights'"),
-        ):
-            with pytest.raises(InvalidFeatureError, match=what):
-                Spline.from_document({**good, **change})
-        with pytest.raises(InvalidFeatureError, match=r"missing: .'knots'"):
-            Spline.from_document({k: v for k, v in good.items() if k != "knots"})
-
+class TestRefusals:
     @pytest.mark.parametrize(
         ("knots", "what"),
         [

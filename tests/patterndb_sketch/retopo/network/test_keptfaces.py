@@ -22,7 +22,7 @@ from patterndb_sketch.retopo.filling.report import report_mesh
 from patterndb_sketch.retopo.network import BORDER, FACE, check_network
 from patterndb_sketch.retopo.network.keptfaces import lies_within, list_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport, import_quads
-from patterndb_sketch.retopo.sessionfile import RetopoSession, parse_session, session_bytes
+from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
 from tests.support.retopo.quadmeshes import Mesh, cube, refined, thirds
 
 Faces = list[tuple[int, ...]]
@@ -276,7 +276,7 @@ def test_given_faces_are_in_sessions() -> None:
     with patterndb.open() as database:
         editor = Editor.of_quads(import_quads(points, quads, others=others), database)
         session = RetopoSession(editor.surface, editor.state, "cube")
-        again = parse_session(session_bytes(session))
+        again = RETOPO_SESSION.decode(RETOPO_SESSION.encode(session))
         assert again.state.same(editor.state)
         loaded = Editor(again.surface, database)
         loaded.restore(again.state)

@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths
 from patterndb_sketch.retopo.network import EVEN, BrushStroke, Chain, Density
 from patterndb_sketch.retopo.network.density import LEAST, MOST
-from patterndb_sketch.retopo.sessionfile import RetopoSession, parse_session, session_bytes
+from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
 from patterndb_sketch.retopo.symmetry import Plane, mirror_density, mirror_stroke
 from patterndb_sketch.retopo.tools.insertloop import find_edge_at
 from query.engine import PatternSource
@@ -315,14 +315,14 @@ class TestSessions:
 
     def test_density_is_kept_bit_for_bit(self, source: PatternSource) -> None:
         session = self.session(source)
-        data = session_bytes(session)
-        found = parse_session(data)
+        data = RETOPO_SESSION.encode(session)
+        found = RETOPO_SESSION.decode(data)
         assert found.state.same(session.state)
-        assert session_bytes(found) == data
+        assert RETOPO_SESSION.encode(found) == data
 
     def test_without_paint_nothing_is_said_of_it(self, source: PatternSource) -> None:
         editor = Editor(sphere(), source)
-        data = session_bytes(RetopoSession(editor.surface, editor.state, "ball.obj"))
+        data = RETOPO_SESSION.encode(RetopoSession(editor.surface, editor.state, "ball.obj"))
         assert b'"density"' not in unpacked(data)
 
     @pytest.mark.parametrize(
@@ -337,9 +337,9 @@ class TestSessions:
     def test_brush_strokes_that_are_none_are_refused_by_name(
         self, source: PatternSource, old: bytes, new: bytes, said: str
     ) -> None:
-        data = replaced(session_bytes(self.session(source)), old, new)
+        data = replaced(RETOPO_SESSION.encode(self.session(source)), old, new)
         with pytest.raises(InvalidRetopoError, match=said):
-            parse_session(data)
+            RETOPO_SESSION.decode(data)
 
 
 def unpacked(data: bytes) -> bytes:

@@ -1,21 +1,27 @@
-"""Autosave: what was drawn is written every half minute, and found again after a crash.
+"""Sessions: what a sketch tool works on, as one JSON file, and its autosave.
 
-A recovery file is a session (:mod:`patterndb_sketch.retopo.sessionfile`,
-:mod:`patterndb_sketch.features.sessionfile`) beside the one that is worked on, or in a given folder
+    {"kind": "retopology", "version": 1, "of": "", "content": {...}}
+
+All tools share this envelope, one reader, one writer and one autosave; the content is the struct or
+dataclass that a tool names in its :class:`SessionFormat`. Large arrays are packed, see
+:mod:`patterndb.system.documents`.
+
+The autosave writes a recovery file every half minute, next to the session or in a given folder
 where there is none yet:
 
     spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
 
-with the number of the process that writes it, and a number of its own, so that two windows do not
-take each other's; behind it stands a digest of the session that the work began from, if there is
-one (``spot.retopo.1234-5ef2c0d9-c2b1...recovery``). One whose process is gone was left by a crash,
-or by a window that was closed with unsaved work: :func:`find_recoveries` finds these. All saved,
-or discarded by the user, it goes.
+with the number of the process that writes it and a number of its own, so that two windows do not
+take each other's; then a digest of the session that the work began from, if there is one
+(``spot.retopo.1234-5ef2c0d9-c2b1...recovery``). A file whose process is gone was left by a crash,
+or by a window that was closed with unsaved work: :func:`find_recoveries` finds these. It is removed
+once the work is saved, or discarded by the user.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import math
 import operator
 import os
@@ -25,9 +31,104 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.errors import PatternDBError
+from patterndb.system.documents import (
+    JsonModel,
+    JsonValue,
+    encode_json,
+    name_file,
+    parse_json,
+    read_limited,
+)
 from patterndb.system.files import replace_file
+
+VERSION = 1
+
+#: Bytes that a session may have: those of a surface of some 15 million triangles.
+MAX_BYTES = 1_000_000_000
+
+Work = TypeVar("Work")
+Content = TypeVar("Content")
+
+
+class Envelope(JsonModel):
+    """What every session has. of: a digest of what is worked on, "" where the content has it."""
+
+    kind: str
+    version: int
+    content: Any
+    of: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionFormat(Generic[Work, Content]):
+    """How a tool's work is kept.
+
+    kind: its name. error: what is raised about a file. content: the type that is written and read.
+    save: makes the content of the work. open: makes the work of a content, at its
+    place in the document; raises ``error``.
+    """
+
+    kind: str
+    error: type[PatternDBError]
+    content: type[Content]
+    save: Callable[[Work], Content]
+    open: Callable[[Content, JsonValue], Work]
+
+    def encode(self, work: Work, of: str = "") -> bytes:
+        """Return the bytes of a session; the same work gives the same bytes."""
+        return encode_json(Envelope(self.kind, VERSION, self.save(work), of), packed=True)
+
+    def decode(self, data: bytes) -> Work:
+        """Return the work in the bytes of a session; raises ``error`` with the place in them."""
+        return self._decode(data)[0]
+
+    def read(self, path: Path | str) -> Work:
+        """Return the work in a file, bit for bit as it was written.
+
+        Raises ``error`` with the file and the place in it; OSError.
+        """
+        return self.read_with_origin(path)[0]
+
+    def read_with_origin(self, path: Path | str) -> tuple[Work, str]:
+        """Return as :meth:`read` the work, and the digest of what it is on, "" for none."""
+        path = Path(path)
+        with name_file(path, self.error):
+            return self._decode(read_limited(path, MAX_BYTES, self.error, "split the surface"))
+
+    def _decode(self, data: bytes) -> tuple[Work, str]:
+        document = parse_json(data, self.error, f"a session of {self.kind}")
+        if not document.is_object or "kind" not in document.entries():
+            document.fail(f'this is not a session of {self.kind}, which has "kind" and "version"')
+        found = document.read(Envelope)
+        if (found.kind, found.version) != (self.kind, VERSION):
+            document.fail(
+                f"this is {found.kind!r} version {found.version}; {self.kind!r} version {VERSION} "
+                "is needed here"
+            )
+        place = document.at("content")
+        content = place.read(self.content)
+        with place.named():
+            return self.open(content, place), found.of
+
+    def write(self, path: Path | str, work: Work, of: str = "") -> None:
+        """Write a session in one step; :meth:`read` gives it back bit for bit. Raises OSError."""
+        replace_file(Path(path), self.encode(work, of))
+
+
+def digest_arrays(*arrays: ArrayLike) -> str:
+    """Return a short text that is the same for the same arrays alone."""
+    found = hashlib.blake2b(digest_size=16)
+    for one in map(np.ascontiguousarray, arrays):
+        found.update(f"{one.shape}{one.dtype.str}".encode())
+        found.update(one.tobytes())
+    return found.hexdigest()
+
 
 #: Seconds between two writes, as in the released program of Takayama et al. 2013.
 EVERY = 30.0
@@ -50,10 +151,7 @@ class Recovery:
     base: str = ""
 
 
-Kept = TypeVar("Kept")
-
-
-class Autosave(Generic[Kept]):
+class Autosave(Generic[Work]):
     """Writes the states of what is worked on to a recovery file.
 
     Call :meth:`tick` often, as from a timer every second: it writes when it is time and something
@@ -66,14 +164,14 @@ class Autosave(Generic[Kept]):
 
     def __init__(
         self,
-        encode: Callable[[Kept], bytes],
-        state: Kept,
+        encode: Callable[[Work], bytes],
+        state: Work,
         *,
         session: Path | None = None,
         base: str = "",
         folder: Path | None = None,
         unnamed: str = UNNAMED,
-        same: Callable[[Kept, Kept], bool] = operator.is_,
+        same: Callable[[Work, Work], bool] = operator.is_,
         every: float = EVERY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -95,7 +193,7 @@ class Autosave(Generic[Kept]):
         _OWN.add(self._token)
         self.path = self._path(session, base)
 
-    def tick(self, state: Kept) -> bool:
+    def tick(self, state: Work) -> bool:
         """Write the state if it is another than the last kept and it is time; was it written?
 
         OSError as writing does; it is tried again after as long.
@@ -111,7 +209,7 @@ class Autosave(Generic[Kept]):
         self._kept = state
         return True
 
-    def saved(self, state: Kept, session: Path | None, base: str = "") -> None:
+    def saved(self, state: Work, session: Path | None, base: str = "") -> None:
         """The user saved this state: the recovery file so far is of no use any more, and the next
         is beside the session that it was saved to, or where it was if that is no session. base:
         the digest of what was saved."""
@@ -120,7 +218,7 @@ class Autosave(Generic[Kept]):
         self._kept = self._saved = state
         self._at = self._clock()
 
-    def close(self, state: Kept | None = None) -> Path | None:
+    def close(self, state: Work | None = None) -> Path | None:
         """End: without a state, nothing is wanted any more and the recovery file goes.
 
         With one that no session has, it is written once more, and the path returned: whoever
