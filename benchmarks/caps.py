@@ -36,7 +36,7 @@ from patterndb.core.halfedge import Int32Array
 from query.holes import fill_holes
 from query.holes.caps import FlatCap, RimPlane, find_cap, measure_walls
 from query.holes.neighbourhood import extract_neighbourhood
-from query.holes.shape import place_fill
+from query.holes.projection import place_fill
 from query.holes.topology import MeshTopology
 from query.identity import hash_quads
 

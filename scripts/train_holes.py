@@ -81,11 +81,11 @@ from query.holes.corners import (
     rank_listed,
 )
 from query.holes.features import measure_hole, mirror_hole
-from query.holes.filling import PLACED as PLACED_BY_FACTS
 from query.holes.models import shipped_models
 from query.holes.neighbourhood import extract_neighbourhood
 from query.holes.options import HoleOptions
 from query.holes.patterns import KEPT, HolePatterns
+from query.holes.projection import mend_fill, place_fill
 from query.holes.ranking import (
     FACTS,
     RankingModel,
@@ -94,7 +94,7 @@ from query.holes.ranking import (
     measure_plain_fill,
     tame_numbers,
 )
-from query.holes.shape import mend_fill, place_fill
+from query.holes.ranking import PLACED as PLACED_BY_FACTS
 from query.holes.symmetry import ASYMMETRIC
 from query.identity import hash_quads
 

@@ -14,7 +14,7 @@ from patterndb._native.query.holes.surroundings import count_faces, own_features
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.holes.loops import Hole
-from query.holes.neighbourhood import Neighbourhood, walk_fan
+from query.holes.neighbourhood import Neighbourhood
 from query.holes.topology import MeshTopology
 
 #: Loop vertices either side whose numbers count too.
@@ -143,7 +143,7 @@ def _look_outwards(hole: Hole, around: Neighbourhood, view: Floats) -> Floats:
     inwards = np.cross(around.normals, after - before)
     view[:, 5] = ((after + before) * around.normals).sum(axis=1)
     for i in range(n):
-        spokes = walk_fan(hole, i)[:-1]
+        spokes = around.fans[i][:-1]
         if spokes:
             rows = [_follow_spoke(t, h, around.normals[i]) for h in spokes]
             valences = [row[0] for row, _ in rows]

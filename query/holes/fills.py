@@ -17,6 +17,7 @@ from patterndb.errors import InvalidMeshError, TimeLimitError
 from patterndb.system.deadline import end_by, get_deadline, run_until_late
 from query.fill import Fill
 from query.holes.loops import Hole
+from query.holes.neighbourhood import find_border_places
 
 #: Seconds after a time limit in which a fill that was found by then may be placed.
 PLACING_SECONDS = 0.25
@@ -102,6 +103,35 @@ class HoleFill:
             "flipped": self.flipped,
             "flat": self.flat,
         }
+
+
+def number_fill(
+    hole: Hole,
+    regular_valence: Int32Array,
+    local: Int32Array,
+    points: NDArray[np.float64],
+    **entries: Any,
+) -> HoleFill:
+    """Make a fill from quads in the loop's numbering.
+
+    regular_valence: (L,) the quads that make each loop vertex regular. local: (q, 4) int32, loop
+    vertices 0..L-1, inner ones after. points: (k, 3) the inner vertices. entries: others of the
+    fill.
+    """
+    n, first_new = len(hole), len(hole.topology.mesh.points)
+    quads = np.where(local < n, hole.loop[np.minimum(local, n - 1)], local - n + first_new)
+    counts = np.bincount(local.ravel(), minlength=n + len(points))
+    valences = counts.copy()
+    valences[:n] = np.where(find_border_places(hole), 0, counts[:n] - regular_valence + 4)
+    return HoleFill(
+        hole=hole,
+        quads=quads.astype(np.int32),
+        points=points,
+        local=local,
+        corners=counts[:n].astype(np.int32),
+        valences=valences.astype(np.int32),
+        **entries,
+    )
 
 
 class HoleFills(Iterator[HoleFill]):

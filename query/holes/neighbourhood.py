@@ -9,6 +9,7 @@ four.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,8 @@ class Neighbourhood:
     area:      that of their areas.
     spokes:    (L,) mean log length of the edges that leave the loop outwards, nan where none does.
     far_valence: (L,) faces at their far ends, less 4.
+    fans:      at each loop vertex the half-edges of the mesh that leave it outside, one a face,
+               from one loop edge to the other.
     """
 
     vertices: Int32Array
@@ -61,6 +64,7 @@ class Neighbourhood:
     area: float
     spokes: Floats
     far_valence: Floats
+    fans: tuple[Sequence[int], ...]
 
 
 def extract_neighbourhood(hole: Hole) -> Neighbourhood:
@@ -68,7 +72,7 @@ def extract_neighbourhood(hole: Hole) -> Neighbourhood:
     t = hole.outside
     loop = hole.loop
     n = len(loop)
-    fans = [walk_fan(hole, i) for i in range(n)]
+    fans = tuple(_walk_fan(hole, i) for i in range(n))
     first = sorted({int(t.face[h]) for fan in fans for h in fan})
     faces = set(first)
     points = t.mesh.points
@@ -135,12 +139,13 @@ def extract_neighbourhood(hole: Hole) -> Neighbourhood:
         area,
         spokes,
         far,
+        fans,
     )
 
 
 def list_faces_near(hole: Hole, rings: int) -> list[int]:
     """The faces outside a hole within so many rings of its loop."""
-    at_loop = {int(hole.topology.face[h]) for i in range(len(hole)) for h in walk_fan(hole, i)}
+    at_loop = {int(hole.topology.face[h]) for i in range(len(hole)) for h in _walk_fan(hole, i)}
     return sorted(_faces_at(hole, rings, at_loop))
 
 
@@ -165,6 +170,7 @@ def make_bare_neighbourhood(points: Floats, regular_valence: Int32Array) -> Neig
         scale * scale,
         np.full(n, np.nan),
         np.zeros(n),
+        ((),) * n,
     )
 
 
@@ -184,7 +190,7 @@ def _angles_inside(loop: Floats, normals: Floats) -> Floats:
     return np.arctan2(sine, (after * before).sum(axis=1)) % (2 * np.pi)
 
 
-def walk_fan(hole: Hole, i: int) -> list[int]:
+def _walk_fan(hole: Hole, i: int) -> list[int]:
     """Half-edges outside that leave loop vertex i, one a face, from one loop edge to the other."""
     t = hole.outside
     # edges[i] runs from loop vertex i + 1 to i; edges[i - 1] from i to i - 1.
@@ -222,7 +228,7 @@ def _faces_at(hole: Hole, rings: int, first: set[int]) -> set[int]:
     return found
 
 
-def _spokes(hole: Hole, fans: list[list[int]]) -> tuple[Floats, Floats]:
+def _spokes(hole: Hole, fans: tuple[Sequence[int], ...]) -> tuple[Floats, Floats]:
     """(L,) mean log length of the edges that leave the loop outwards; (L,) the faces, less 4, at
     their far ends; 0 where there are none."""
     t = hole.outside

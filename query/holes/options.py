@@ -68,8 +68,3 @@ class HoleOptions:
             )
         if self.ngon and (self.corners or self.strokes or self.surface is not None):
             raise InvalidQueryError("an n-gon has no quads; leave corners, strokes and surface out")
-
-    @property
-    def is_laid(self) -> bool:
-        """Did the caller choose how fills lie?"""
-        return self.shape != "auto" or self.tension > 0

@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.polygonmesh import PolygonMesh
-from query.boundary import MIN_PERIMETER
+from query.boundary import MAX_PERIMETER, MIN_PERIMETER
+from query.errors import InvalidQueryError
 from query.holes.loops import Hole, find_holes, hole_on_loop
 from query.holes.topology import MeshTopology
 
@@ -68,20 +69,22 @@ class ParityFix:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _MeshEdit:
-    """faces: old faces with their new corners. added: faces that come after all others. points:
-    new vertices. loop: of the hole afterwards."""
+    """faces: old faces with their new corners. added, inside: faces that come after all others,
+    the latter within the loop and along it. points: new vertices. loop: of the hole afterwards."""
 
     loop: list[int]
     points: list[NDArray[np.float64]] = field(default_factory=list)
     faces: dict[int, list[int]] = field(default_factory=dict)
     added: list[list[int]] = field(default_factory=list)
+    inside: list[list[int]] = field(default_factory=list)
 
     def apply(self, hole: Hole) -> Hole:
         mesh = hole.topology.mesh
         gone = set(hole.removed.tolist())
         faces = [self.faces.get(f, face) for f, face in enumerate(mesh.faces()) if f not in gone]
         points = np.concatenate([mesh.points, np.array(self.points).reshape(-1, 3)])
-        changed = PolygonMesh.from_faces(points, faces + self.added)
+        inside = [face[::-1] if hole.runs_backwards() else face for face in self.inside]
+        changed = PolygonMesh.from_faces(points, faces + self.added + inside)
         return hole_on_loop(MeshTopology.of(changed), self.loop)
 
 
@@ -98,6 +101,23 @@ def list_parity_fixes(hole: Hole, most: int = 1) -> list[ParityFix]:
     for fixes in (_triangles(hole), _edge_loops(hole), _splits(hole), _merges(hole)):
         found += sorted(fixes, key=lambda fix: fix.cost)[:most]
     return found
+
+
+def refuse_unfillable(hole: Hole) -> None:
+    """Raise InvalidQueryError for a loop that quads cannot fill, with the nearest remedies."""
+    n = len(hole)
+    if n % 2:
+        fixes = [f"{fix.kind}: {fix.description}" for fix in list_parity_fixes(hole)]
+        remedy = "nearest ways: " + "; ".join(fixes)
+        raise InvalidQueryError(
+            f"the loop at vertex {int(hole.loop[0])} has {n} edges, an odd number, and quads alone "
+            f"cannot fill it; {remedy if fixes else 'nor is there a way to change it by one edge'}"
+            "; ngon fills it with one face"
+        )
+    if not MIN_PERIMETER <= n <= MAX_PERIMETER:
+        raise InvalidQueryError(
+            f"the loop has {n} edges; loops of {MIN_PERIMETER} to {MAX_PERIMETER} can be filled"
+        )
 
 
 def make_loops_even(
@@ -145,11 +165,6 @@ def _triangles(hole: Hole) -> Iterator[ParityFix]:
     n = len(loop)
     normals = _inward_normals(hole)
     first_new = len(hole.topology.mesh.points)
-    backwards = hole.runs_backwards()
-
-    def turn(face: list[int]) -> list[int]:
-        return face[::-1] if backwards else face
-
     lengths = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
     mean = float(lengths.mean())
     for i in range(n):
@@ -160,7 +175,7 @@ def _triangles(hole: Hole) -> Iterator[ParityFix]:
             description = f"a triangle that cuts off the corner at vertex {loop[i]}"
             face = [loop[i - 1], loop[i], loop[(i + 1) % n]]
             rest = loop[:i] + loop[i + 1 :]
-            edit = _MeshEdit(rest, added=[turn(face)])
+            edit = _MeshEdit(rest, inside=[face])
             yield ParityFix("triangle", _skew(around), description, hole, edit)
         # The apex of a triangle on edge i, as high as an equilateral one of the loop's mean edge.
         d = c - b
@@ -177,7 +192,7 @@ def _triangles(hole: Hole) -> Iterator[ParityFix]:
         description = f"a triangle on the edge from vertex {loop[i]} to {loop[(i + 1) % n]}"
         face = [loop[i], loop[(i + 1) % n], first_new]
         longer = [*loop[: i + 1], first_new, *loop[i + 1 :]]
-        edit = _MeshEdit(longer, [apex], added=[turn(face)])
+        edit = _MeshEdit(longer, [apex], inside=[face])
         yield ParityFix("triangle", cost, description, hole, edit)
 
 

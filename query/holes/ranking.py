@@ -9,17 +9,21 @@ scripts/train_holes.py.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice, takewhile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb._native.query.holes.ranking import measure_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
+from patterndb.system.deadline import is_late
 from query.fill import Fill
 from query.holes.corners import TreeModel
 from query.holes.neighbourhood import Neighbourhood, make_bare_neighbourhood
-from query.holes.shape import MEASURES, place_fill
+from query.holes.projection import MEASURES, HoleProjector, PlacedFill, mend_fill, place_fill
 
 #: What is known of a candidate before it is placed.
 FACTS = (
@@ -70,6 +74,12 @@ NONE_CLOSED = -30.0
 
 #: Measures beyond this are as bad as this: single quads without area shall not outweigh all else.
 CLIP = 30.0
+
+#: Candidates that are placed before they are ranked by the whole: for the first fill, and then.
+PLACED_FIRST, PLACED = 48, 96
+
+#: The most new vertices that candidates have together which are placed at once, beyond the first.
+PLACED_VERTICES = 12_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -210,6 +220,140 @@ def _describe_loop(around: Neighbourhood, points: Floats) -> tuple[float, ...]:
         float(size[-1] / max(float(size[0]), 1e-300)),
         float((around.normals @ normal).mean()),
     )
+
+
+@dataclass(slots=True, eq=False)
+class _Placed:
+    """A candidate that is placed.
+
+    row: of its numbers among those of all that ever were, for the score compares them.
+    is_final: are quads untangled, and does it lie as the caller wants it?
+    """
+
+    row: int
+    candidate: HoleCandidate
+    placed: PlacedFill
+    is_final: bool = False
+
+
+class Shortlist:
+    """Candidates, of which those that look best are placed and ranked by the whole.
+
+    facts, whole: the models by which they are ranked before and after they are placed.
+    """
+
+    def __init__(self, projector: HoleProjector, facts: RankingModel, whole: WholeModel) -> None:
+        self._projector, self._around = projector, projector.around
+        self._facts, self._whole = facts, whole
+        # Those that wait, by their facts; those that are placed.
+        self._waiting: list[tuple[float, int, HoleCandidate, NDArray[np.float64]]] = []
+        self._placed: list[_Placed] = []
+        self._numbers: list[NDArray[np.float64]] = []
+        self._losses: list[float] = []
+        self._scores = np.zeros(0)
+        self._serial = 0
+
+    def __bool__(self) -> bool:
+        return bool(self._placed or self._waiting)
+
+    def add(self, candidates: list[HoleCandidate], most: int) -> None:
+        """Place the best by their facts, at most so many, those that wait already among them."""
+        facts = list_facts(candidates, self._around)
+        losses = np.array([one.loss for one in candidates])
+        scores = self._facts.score_facts(facts) - losses
+        for score, candidate, row in zip(scores.tolist(), candidates, facts, strict=True):
+            self._waiting.append((-score, self._serial, candidate, row))
+            self._serial += 1
+        self._waiting.sort(key=lambda one: one[:2])
+        self._place_next(most)
+
+    def find_sound(self) -> bool:
+        """Is a candidate placed that has no flipped quad where it comes to lie? Of those that have
+        none the one that scores most is final, and all that score more are."""
+        return any(not self._finish(one).flipped for one in self._by_score())
+
+    def place_until_sound(self) -> None:
+        """Place more until one has no flipped quad, or none waits."""
+        while not self.find_sound() and self._waiting and not is_late():
+            self._place_next(PLACED)
+
+    def take_best(self, *, sound: bool = False) -> tuple[HoleCandidate, PlacedFill, float]:
+        """Take the best off the list, with its score; where none is placed any more, place more.
+
+        sound: one with flipped quads only where all that are placed have some.
+        """
+        if not self._placed:
+            self._place_next(PLACED)
+        best, *others = self._by_score()
+        if sound and best.placed.flipped:
+            whole = (one for one in others if one.is_final and not one.placed.flipped)
+            best = next(whole, best)
+        self._placed.remove(best)
+        return best.candidate, self._finish(best), float(self._scores[best.row])
+
+    def _by_score(self) -> list[_Placed]:
+        """Those that are placed, greatest score first."""
+        return sorted(self._placed, key=lambda one: -float(self._scores[one.row]))
+
+    def _finish(self, one: _Placed) -> PlacedFill:
+        """Untangle a candidate if it has flipped quads, and project it, once."""
+        if not one.is_final:
+            quads = one.candidate.quads
+            if not is_late():
+                one.placed = mend_fill(self._around, quads, one.placed)
+            one.placed = self._projector.project(quads, one.placed)
+            one.is_final = True
+        return one.placed
+
+    def _place_next(self, most: int) -> None:
+        """Place the first of those that wait: at most so many, or fewer large ones."""
+        count = vertices = 0
+        for _, _, candidate, _ in self._waiting[:most]:
+            vertices += candidate.n_vertices
+            if count and vertices > PLACED_VERTICES:
+                break
+            count += 1
+        done = 0
+        for _, _, candidate, facts in self._waiting[:count]:
+            if done and is_late():
+                break
+            done += 1
+            placed = place_fill(self._around, candidate.quads, candidate.n_vertices)
+            self._placed.append(_Placed(len(self._numbers), candidate, placed))
+            self._numbers.append(np.concatenate([facts, placed.measures]))
+            self._losses.append(candidate.loss)
+        del self._waiting[:done]
+        self._scores = self._whole.score(np.array(self._numbers)) - self._losses
+
+
+def rank_candidates(
+    early: Iterator[HoleCandidate], late: Iterator[HoleCandidate], shortlist: Shortlist
+) -> Iterator[tuple[HoleCandidate, PlacedFill, float]]:
+    """Yield candidates with their scores, best first, until it is late.
+
+    early: those of which the first is the best. late: those that are looked at after it.
+    """
+    known: list[HoleCandidate] = []
+    for candidate in early:
+        known.append(candidate)
+        if is_late():
+            break
+    if not known:
+        known += islice(late, 1)
+    if not known:
+        return
+    shortlist.add(known, PLACED_FIRST)
+    rest = takewhile(lambda _: not is_late(), late)
+    whole = shortlist.find_sound()
+    if not whole:
+        # The first fill has flipped quads only where all have.
+        shortlist.add(list(rest), PLACED - PLACED_FIRST)
+        shortlist.place_until_sound()
+    yield shortlist.take_best(sound=True)
+    if whole:
+        shortlist.add(list(rest), PLACED - PLACED_FIRST)
+    while shortlist and not is_late():
+        yield shortlist.take_best()
 
 
 def measure_plain_fill(fill: Fill, points: Floats) -> Floats:

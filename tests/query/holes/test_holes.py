@@ -43,9 +43,8 @@ from query.holes.features import (
 )
 from query.holes.models import shipped_models
 from query.holes.neighbourhood import HoleRim, extract_neighbourhood
-from query.holes.projection import LoopDisk
+from query.holes.projection import LoopDisk, PlacedFill, count_flipped, mend_fill
 from query.holes.ranking import NAMES, tame_numbers
-from query.holes.shape import PlacedFill, count_flipped, mend_fill
 from query.holes.symmetry import (
     count_followed,
     find_mirrors,
