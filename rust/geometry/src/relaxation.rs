@@ -1,25 +1,18 @@
 //! Moves the vertices of a flat disk until every quad is well shaped and none is flipped.
 //!
-//! Every corner of every quad is a triangle with a wanted angle and size. Its energy blows up as its
-//! area falls to zero; while some triangle is still flipped the blow-up is smoothed, and sharpened
-//! step by step as the drawing untangles, so that no valid start is needed.
-//!
-//! Source: Garanzha et al. 2021, "Foldover-free maps in 50 lines of code", for the energy and its
-//! smoothing. Differs from the paper: L-BFGS is written out here, and the outline may move by its
-//! handles.
+//! Every corner of every quad is a triangle with a wanted angle and size, whose energy blows up as its
+//! area falls to zero: see [`crate::barrier`]. The outline may move by its handles.
 
 use num_complex::Complex64;
 
-use crate::vector::{max, min};
+use crate::barrier::{Energy, Measure, Minimiser, SmoothArea, smooth_area};
+use crate::vector::min;
 
 /// Part of a triangle's energy that is about size, the rest is about shape.
 const SIZE_WEIGHT: f64 = 0.2;
 
 /// Steps that L-BFGS remembers.
 const MEMORY: usize = 10;
-
-/// Times that a step is halved before it is given up.
-const HALVINGS: usize = 30;
 
 /// The smoothing of drawings in which no triangle is flipped.
 const SHARP: f64 = 1e-4;
@@ -79,33 +72,21 @@ pub fn divide(a: Complex64, by: f64) -> Complex64 {
 }
 
 /// The energy of a disk's drawings.
-struct Energy<'a> {
+struct DiskEnergy<'a> {
     disk: &'a Disk<'a>,
     corners: Vec<Corner>,
-    /// Scratch: the vertices' forces.
+    epsilon: f64,
+    /// The vertices' points, as they were measured last.
+    points: &'a mut [Complex64],
+    /// The vertices' forces there.
     force: Vec<Complex64>,
 }
 
-/// What a drawing is worth.
-#[derive(Clone, Copy)]
-struct Measure {
-    energy: f64,
-    /// The smallest area of a triangle, as a part of the wanted one.
-    smallest: f64,
-}
-
-impl Energy<'_> {
-    /// Measure the drawing with handles and interior vertices `y`; write its vertices' points and
-    /// the energy's gradient by `y`.
-    fn measure(
-        &mut self,
-        y: &[Complex64],
-        epsilon: f64,
-        points: &mut [Complex64],
-        gradient: &mut [Complex64],
-    ) -> Measure {
+impl Energy<Complex64> for DiskEnergy<'_> {
+    /// Measure the drawing with handles and interior vertices `y`.
+    fn measure(&mut self, y: &[Complex64]) -> Measure {
         let disk = self.disk;
-        let (outline, interior) = points.split_at_mut(disk.ends.len());
+        let (outline, interior) = self.points.split_at_mut(disk.ends.len());
         for ((point, ends), weights) in outline.iter_mut().zip(disk.ends).zip(disk.weights) {
             *point = Complex64::ZERO;
             for (&end, &weight) in ends.iter().zip(weights) {
@@ -113,7 +94,11 @@ impl Energy<'_> {
             }
         }
         interior.copy_from_slice(&y[disk.handles..]);
-        let measure = self.measure_corners(points, epsilon);
+        self.measure_corners()
+    }
+
+    fn write_gradient(&self, gradient: &mut [Complex64]) {
+        let disk = self.disk;
         let (outline, interior) = self.force.split_at(disk.ends.len());
         gradient.fill(Complex64::ZERO);
         if disk.moving {
@@ -124,12 +109,13 @@ impl Energy<'_> {
             }
         }
         gradient[disk.handles..].copy_from_slice(interior);
-        measure
     }
+}
 
-    /// Measure the drawing with vertices at `points`; set the forces.
-    fn measure_corners(&mut self, points: &[Complex64], epsilon: f64) -> Measure {
-        let size = self.disk.size;
+impl DiskEnergy<'_> {
+    /// Measure the drawing; set the forces.
+    fn measure_corners(&mut self) -> Measure {
+        let (size, points) = (self.disk.size, &*self.points);
         let mut energy = 0.0;
         let mut smallest = f64::INFINITY;
         let force = &mut self.force;
@@ -144,12 +130,7 @@ impl Energy<'_> {
             let norm = 0.5 * (u.re * u.re + u.im * u.im + w.re * w.re + w.im * w.im);
             let area = u.re * w.im - u.im * w.re;
             smallest = min(smallest, area);
-            let root = (area * area + epsilon * epsilon).sqrt();
-            let smooth = if area < 0.0 {
-                0.5 * epsilon * epsilon / (root - area)
-            } else {
-                0.5 * (area + root)
-            };
+            let SmoothArea { smooth, root } = smooth_area(area, self.epsilon);
             let slope = smooth / root;
             let shape = norm / smooth;
             let bulk = (area * area + 1.0) / (2.0 * smooth);
@@ -170,98 +151,6 @@ impl Energy<'_> {
     }
 }
 
-/// Return the inner product of two vectors of points.
-fn dot(a: &[Complex64], b: &[Complex64]) -> f64 {
-    let pairs = a.iter().zip(b);
-    pairs.fold(0.0, |total, (a, b)| total + (a.re * b.re + a.im * b.im))
-}
-
-/// The last steps of L-BFGS.
-struct Memory {
-    steps: Vec<Step>,
-    /// Steps that were kept since the memory was last emptied.
-    kept: usize,
-}
-
-/// A step: how y moved, how the gradient changed, and their inner product.
-struct Step {
-    moved: Vec<Complex64>,
-    changed: Vec<Complex64>,
-    curvature: f64,
-}
-
-impl Memory {
-    fn new(n: usize) -> Memory {
-        let step = || Step {
-            moved: vec![Complex64::ZERO; n],
-            changed: vec![Complex64::ZERO; n],
-            curvature: 0.0,
-        };
-        Memory {
-            steps: (0..MEMORY).map(|_| step()).collect(),
-            kept: 0,
-        }
-    }
-
-    /// Return the places of the remembered steps, the oldest first.
-    fn places(&self) -> impl DoubleEndedIterator<Item = usize> + use<> {
-        (self.kept.saturating_sub(MEMORY)..self.kept).map(|m| m % MEMORY)
-    }
-
-    /// Write the direction of the next step (Nocedal and Wright 2006, algorithm 7.4).
-    fn write_direction(&self, gradient: &[Complex64], size: f64, direction: &mut [Complex64]) {
-        for (direction, gradient) in direction.iter_mut().zip(gradient) {
-            *direction = -gradient;
-        }
-        let mut alpha = [0.0; MEMORY];
-        for s in self.places().rev() {
-            let step = &self.steps[s];
-            alpha[s] = dot(&step.moved, direction) / step.curvature;
-            let scale = Complex64::from(alpha[s]);
-            for (direction, changed) in direction.iter_mut().zip(&step.changed) {
-                *direction -= scale * changed;
-            }
-        }
-        let scale = if let Some(last) = self.places().next_back() {
-            let step = &self.steps[last];
-            step.curvature / dot(&step.changed, &step.changed)
-        } else {
-            let steepest = gradient.iter().map(|g| g.re.hypot(g.im)).fold(0.0, max);
-            0.1 * size / (1e-30 + steepest)
-        };
-        let scale = Complex64::from(scale);
-        for direction in direction.iter_mut() {
-            *direction *= scale;
-        }
-        for s in self.places() {
-            let step = &self.steps[s];
-            let beta = dot(&step.changed, direction) / step.curvature;
-            let scale = Complex64::from(alpha[s] - beta);
-            for (direction, moved) in direction.iter_mut().zip(&step.moved) {
-                *direction += scale * moved;
-            }
-        }
-    }
-
-    /// Remember a step in which the energy curves upwards.
-    fn keep(&mut self, size: f64, y: [&[Complex64]; 2], gradient: [&[Complex64]; 2]) {
-        let step = &mut self.steps[self.kept % MEMORY];
-        subtract(y, &mut step.moved);
-        subtract(gradient, &mut step.changed);
-        step.curvature = dot(&step.moved, &step.changed);
-        if step.curvature > 1e-14 * dot(&step.changed, &step.changed) * size * size {
-            self.kept += 1;
-        }
-    }
-}
-
-/// Write the difference of two vectors, the second less the first.
-fn subtract([from, to]: [&[Complex64]; 2], difference: &mut [Complex64]) {
-    for ((difference, from), to) in difference.iter_mut().zip(from).zip(to) {
-        *difference = to - from;
-    }
-}
-
 /// Minimise the energy of the drawing whose handles and interior vertices are `y`, in place; write
 /// the vertices' points and return the smallest area of a triangle, as a part of the wanted one.
 ///
@@ -274,65 +163,31 @@ pub fn relax_points(
     steps: usize,
     points: &mut [Complex64],
 ) -> f64 {
-    let mut energy = Energy {
+    let force = vec![Complex64::ZERO; points.len()];
+    let mut energy = DiskEnergy {
         disk,
         corners: disk.corners(),
-        force: vec![Complex64::ZERO; points.len()],
+        epsilon: 1.0,
+        points,
+        force,
     };
-    let [mut gradient, mut direction] = [(); 2].map(|()| vec![Complex64::ZERO; y.len()]);
-    let [mut trial, mut trial_gradient] = [(); 2].map(|()| vec![Complex64::ZERO; y.len()]);
-    let mut memory = Memory::new(y.len());
-    let mut now = energy.measure(y, 1.0, points, &mut gradient);
+    let mut minimiser = Minimiser::new(y.len(), MEMORY, disk.size);
+    let mut smallest = energy.measure(y).smallest;
     for _ in 0..rounds {
-        let sound = now.smallest > 0.0;
-        let epsilon = if sound {
+        let is_sound = smallest > 0.0;
+        energy.epsilon = if is_sound {
             SHARP
         } else {
-            (1e-8 + 0.04 * now.smallest * now.smallest).sqrt()
+            (1e-8 + 0.04 * smallest * smallest).sqrt()
         };
-        now = energy.measure(y, epsilon, points, &mut gradient);
-        memory.kept = 0;
-        for _ in 0..steps {
-            memory.write_direction(&gradient, disk.size, &mut direction);
-            let descent = dot(&gradient, &direction);
-            if descent >= 0.0 {
-                if memory.kept == 0 {
-                    break;
-                }
-                memory.kept = 0;
-                continue;
-            }
-            let mut length = 1.0;
-            let mut accepted = None;
-            for _ in 0..HALVINGS {
-                for ((trial, y), direction) in trial.iter_mut().zip(&*y).zip(&direction) {
-                    *trial = y + Complex64::from(length) * direction;
-                }
-                let found = energy.measure(&trial, epsilon, points, &mut trial_gradient);
-                // Once sound, always sound: a step that flips a triangle is cut back.
-                if found.energy <= now.energy + 1e-4 * length * descent
-                    && (found.smallest > 0.0 || !sound)
-                {
-                    accepted = Some(found);
-                    break;
-                }
-                length *= 0.5;
-            }
-            let Some(found) = accepted else { break };
-            memory.keep(disk.size, [&*y, &trial], [&gradient, &trial_gradient]);
-            y.copy_from_slice(&trial);
-            gradient.copy_from_slice(&trial_gradient);
-            let settled = now.energy - found.energy <= 1e-6 * found.energy;
-            now = found;
-            if settled {
-                break;
-            }
-        }
-        if sound {
+        // Once sound, always sound: a step that flips a triangle is cut back.
+        smallest = minimiser.descend(&mut energy, y, steps, is_sound).smallest;
+        if is_sound {
             break;
         }
     }
-    energy.measure(y, SHARP, points, &mut gradient).smallest
+    energy.epsilon = SHARP;
+    energy.measure(y).smallest
 }
 
 #[cfg(test)]

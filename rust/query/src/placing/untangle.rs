@@ -1,12 +1,12 @@
 //! Untangling: moves vertices within their tangent planes until no quad is flipped.
 //!
-//! The energy is that of Garanzha et al. 2021, "Foldover-free maps in 50 lines of code": every corner
-//! of every quad is a triangle whose energy blows up as its area falls to zero; the blow-up is
-//! smoothed while a triangle is flipped, and sharpened step by step. Differs from the source: the
-//! triangles lie on a surface and are measured against its normals, and where sharpening no longer
-//! opens triangles it ends.
+//! Every corner of every quad is a triangle whose energy blows up as its area falls to zero: see
+//! [`patterndb_geometry::barrier`]. Differs from its source (Garanzha et al. 2021): the triangles lie
+//! on a surface and are measured against its normals, and where sharpening no longer opens triangles
+//! it ends.
 
 use patterndb_geometry::Point;
+use patterndb_geometry::barrier::{Energy, Measure, Minimiser, SmoothArea, smooth_area};
 use patterndb_geometry::vector::{cross, dot, max, min, subtract};
 
 use super::laplace::Frame;
@@ -24,9 +24,6 @@ const MANY: f64 = 40.0;
 
 /// Steps that L-BFGS remembers.
 const MEMORY: usize = 8;
-
-/// Times that a step is halved before it is given up.
-const HALVINGS: usize = 30;
 
 /// The smoothing of what has no flipped corner.
 const SHARP: f64 = 1e-5;
@@ -146,15 +143,6 @@ impl Corner<'_> {
     }
 }
 
-/// What a drawing is worth.
-#[derive(Clone, Copy, Debug)]
-pub struct Measure {
-    /// The energy of all wanted corners.
-    pub energy: f64,
-    /// The smallest area of a corner, in squared sizes.
-    pub smallest: f64,
-}
-
 /// Measure the energy of all wanted corners; write its gradient by the vertices' points into `force`.
 pub fn compute_energy(
     tangle: &Tangle,
@@ -182,12 +170,7 @@ fn measure(
             let area = corner.area();
             let Corner { u, v, up, .. } = &corner;
             smallest = min(smallest, area);
-            let root = (area * area + epsilon * epsilon).sqrt();
-            let smooth = if area < 0.0 {
-                0.5 * epsilon * epsilon / (root - area)
-            } else {
-                0.5 * (area + root)
-            };
+            let SmoothArea { smooth, root } = smooth_area(area, epsilon);
             let norm = 0.5 * (dot(u, u) + v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
             energy += norm / smooth;
             let by_norm = 1.0 / (smooth * size);
@@ -252,91 +235,29 @@ impl Movable<'_> {
     }
 }
 
-/// Return the inner product of two vectors of any length.
-fn multiply(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).fold(0.0, |total, (a, b)| total + a * b)
+/// The energy of a tangle whose vertices move in their planes.
+struct TangleEnergy<'a> {
+    quads: &'a [Quad<'a>],
+    movable: &'a Movable<'a>,
+    size: f64,
+    epsilon: f64,
+    /// Where the movable vertices begin.
+    origin: Vec<Point>,
+    /// The vertices' points, as they were measured last.
+    points: &'a mut [Point],
+    /// The vertices' forces there.
+    force: Vec<Point>,
 }
 
-/// Add a multiple of a vector.
-fn add(to: &mut [f64], factor: f64, what: &[f64]) {
-    for (to, what) in to.iter_mut().zip(what) {
-        *to += factor * what;
-    }
-}
-
-/// A step of L-BFGS: the move, how the gradient changed, and their inner product.
-struct Step {
-    moved: Vec<f64>,
-    changed: Vec<f64>,
-    curvature: f64,
-}
-
-/// The last steps of L-BFGS.
-struct Memory {
-    steps: Vec<Step>,
-    /// Steps that were kept since the memory was last emptied.
-    kept: usize,
-}
-
-impl Memory {
-    fn new(n: usize) -> Memory {
-        let step = |_| Step {
-            moved: vec![0.0; n],
-            changed: vec![0.0; n],
-            curvature: 0.0,
-        };
-        Memory {
-            steps: (0..MEMORY).map(step).collect(),
-            kept: 0,
-        }
+impl Energy<f64> for TangleEnergy<'_> {
+    fn measure(&mut self, at: &[f64]) -> Measure {
+        self.movable.move_points(&self.origin, at, self.points);
+        let force = &mut self.force;
+        measure(self.quads, self.size, self.epsilon, self.points, force)
     }
 
-    /// Return the remembered steps, the oldest first, with their places.
-    fn remembered(&self) -> impl DoubleEndedIterator<Item = (usize, &Step)> {
-        let numbers = self.kept.saturating_sub(MEMORY)..self.kept;
-        numbers.map(|m| (m % MEMORY, &self.steps[m % MEMORY]))
-    }
-
-    /// Write the direction of the next step, by the two loops (Nocedal and Wright 2006, algorithm
-    /// 7.4).
-    fn write_direction(&self, gradient: &[f64], size: f64, direction: &mut [f64]) {
-        let mut largest = 1e-30;
-        for (direction, gradient) in direction.iter_mut().zip(gradient) {
-            *direction = -gradient;
-            largest = max(largest, gradient.abs());
-        }
-        let mut alpha = [0.0; MEMORY];
-        for (s, step) in self.remembered().rev() {
-            alpha[s] = multiply(&step.moved, direction) / step.curvature;
-            add(direction, -alpha[s], &step.changed);
-        }
-        let scale = match self.remembered().next_back() {
-            Some((_, last)) => last.curvature / multiply(&last.changed, &last.changed),
-            None => 0.1 * size / largest,
-        };
-        direction.iter_mut().for_each(|x| *x *= scale);
-        for (s, step) in self.remembered() {
-            let beta = multiply(&step.changed, direction) / step.curvature;
-            add(direction, alpha[s] - beta, &step.moved);
-        }
-    }
-
-    /// Remember a step in which the energy curves upwards.
-    fn keep(&mut self, size: f64, at: [&[f64]; 2], gradient: [&[f64]; 2]) {
-        let step = &mut self.steps[self.kept % MEMORY];
-        write_difference(at, &mut step.moved);
-        write_difference(gradient, &mut step.changed);
-        step.curvature = multiply(&step.moved, &step.changed);
-        if step.curvature > 1e-14 * multiply(&step.changed, &step.changed) * size * size {
-            self.kept += 1;
-        }
-    }
-}
-
-/// Write the difference of two vectors, the second less the first.
-fn write_difference([from, to]: [&[f64]; 2], difference: &mut [f64]) {
-    for ((difference, from), to) in difference.iter_mut().zip(from).zip(to) {
-        *difference = to - from;
+    fn write_gradient(&self, gradient: &mut [f64]) {
+        self.movable.write_parts(&self.force, gradient);
     }
 }
 
@@ -353,69 +274,39 @@ pub fn minimise_energy(
 ) -> f64 {
     let quads = tangle.quads();
     let n = 2 * movable.free.len();
-    let origin: Vec<Point> = movable.each().map(|(i, _)| points[i]).collect();
-    let [mut at, mut trial, mut direction] = [(); 3].map(|()| vec![0.0; n]);
-    let [mut gradient, mut trial_gradient] = [(); 2].map(|()| vec![0.0; n]);
-    let mut force = vec![[0.0; 3]; points.len()];
-    let mut memory = Memory::new(n);
-    let mut now = measure(&quads, size, 1.0, points, &mut force);
+    let mut at = vec![0.0; n];
+    let mut minimiser = Minimiser::new(n, MEMORY, size);
+    let mut energy = TangleEnergy {
+        quads: &quads,
+        movable,
+        size,
+        epsilon: 1.0,
+        origin: movable.each().map(|(i, _)| points[i]).collect(),
+        force: vec![[0.0; 3]; points.len()],
+        points,
+    };
+    let mut smallest = energy.measure(&at).smallest;
     let mut blunt = 1.0;
     let mut left = Vec::with_capacity(ROUNDS);
     for done in 0..ROUNDS {
-        let sound = now.smallest > 1e-6;
+        let is_sound = smallest > 1e-6;
         // What has collapsed to no area at all must be opened before the blow-up is sharp.
-        let epsilon = if sound {
+        energy.epsilon = if is_sound {
             SHARP
         } else {
-            max(blunt, (1e-9 + 0.04 * now.smallest * now.smallest).sqrt())
+            max(blunt, (1e-9 + 0.04 * smallest * smallest).sqrt())
         };
         blunt *= SHARPENED;
-        now = measure(&quads, size, epsilon, points, &mut force);
-        movable.write_parts(&force, &mut gradient);
-        memory.kept = 0;
-        for _ in 0..STEPS {
-            memory.write_direction(&gradient, size, &mut direction);
-            let descent = multiply(&gradient, &direction);
-            if descent >= 0.0 {
-                if memory.kept == 0 {
-                    break;
-                }
-                memory.kept = 0;
-                continue;
-            }
-            let mut step = 1.0;
-            let mut accepted = None;
-            for _ in 0..HALVINGS {
-                trial.copy_from_slice(&at);
-                add(&mut trial, step, &direction);
-                movable.move_points(&origin, &trial, points);
-                let found = measure(&quads, size, epsilon, points, &mut force);
-                if found.energy <= now.energy + 1e-4 * step * descent
-                    && (found.smallest > 0.0 || !sound)
-                {
-                    accepted = Some(found);
-                    break;
-                }
-                step *= 0.5;
-            }
-            let Some(found) = accepted else { break };
-            movable.write_parts(&force, &mut trial_gradient);
-            memory.keep(size, [&at, &trial], [&gradient, &trial_gradient]);
-            at.copy_from_slice(&trial);
-            gradient.copy_from_slice(&trial_gradient);
-            let settled = now.energy - found.energy <= 1e-6 * found.energy;
-            now = found;
-            if settled {
-                break;
-            }
-        }
-        movable.move_points(&origin, &at, points);
-        left.push(count_flipped(&quads, points) as f64);
-        if sound || (done > 1 && left[done] > max(MANY, left_over * left[done - 2])) {
+        let reached = minimiser.descend(&mut energy, &mut at, STEPS, is_sound);
+        smallest = reached.smallest;
+        movable.move_points(&energy.origin, &at, energy.points);
+        left.push(count_flipped(&quads, energy.points) as f64);
+        if is_sound || (done > 1 && left[done] > max(MANY, left_over * left[done - 2])) {
             break;
         }
     }
-    measure(&quads, size, SHARP, points, &mut force).smallest
+    energy.epsilon = SHARP;
+    energy.measure(&at).smallest
 }
 
 #[cfg(test)]
