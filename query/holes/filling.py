@@ -21,7 +21,7 @@ from query.holes.caps import FlatCap, list_cap_quads
 from query.holes.corners import MOST_QUADS
 from query.holes.fills import HoleFill, HoleFills, number_fill
 from query.holes.loops import Hole, choose_hole, hole_on_loop
-from query.holes.models import shipped_models
+from query.holes.models import HoleModels, shipped_models
 from query.holes.neighbourhood import (
     HoleRim,
     Neighbourhood,
@@ -52,6 +52,7 @@ def fill_holes(
     *,
     loop: Sequence[int] | None = None,
     faces: Iterable[int] | None = None,
+    models: HoleModels | None = None,
     **choices: Any,
 ) -> HoleFills:
     """List the fills of one hole of a mesh, placed, best first, as an iterator.
@@ -59,7 +60,8 @@ def fill_holes(
     db: a database. mesh: a polygon mesh, its topology, or one of its holes.
     options: how the hole is to be filled. loop: one or more vertices of a border loop; without it,
     and without faces, the mesh must have exactly one. faces: quads, triangles or n-gons to be
-    replaced. choices: entries of the options, in place of options or of some of their entries.
+    replaced. models: of what artists do; by default those that come with the package.
+    choices: entries of the options, in place of options or of some of their entries.
 
     Every even loop of 4 to 2,000 edges has fills; with corners that the caller fixes the list is
     empty where no fill is found that has them. Raises InvalidMeshError for what is no loop, for a
@@ -78,7 +80,7 @@ def fill_holes(
             raise InvalidMeshError(
                 "like has a fill of another mesh; give fills of this one's holes"
             )
-        found = _list_fills(db, hole, asked, fixed)
+        found = _list_fills(db, hole, asked, fixed, models or shipped_models())
     return HoleFills(hole, found, asked.limit, asked.time_limit)
 
 
@@ -98,12 +100,11 @@ def _locate_corners(hole: Hole, corners: Mapping[int, int]) -> dict[int, int]:
 
 
 def _list_fills(
-    db: PatternSource, hole: Hole, options: HoleOptions, fixed: dict[int, int]
+    db: PatternSource, hole: Hole, options: HoleOptions, fixed: dict[int, int], models: HoleModels
 ) -> Iterator[HoleFill]:
     around = extract_neighbourhood(hole)
-    models = options.models or shipped_models()
     search = HoleSearch.begin(db, hole, around, models, options, fixed)
-    made = _FillMaker(hole, around, HoleProjector.of(hole, around, options))
+    made = _FillMaker(hole, around, HoleProjector.of(hole, around, options), models)
     if options.twins and not options.strokes and not fixed:
         for fill in _list_mirrored(db, made, options):
             if search.take_new(fill.local, len(hole) + len(fill.points)) is not None:
@@ -116,11 +117,15 @@ def _list_fills(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _FillMaker:
-    """Makes the fills of one hole from quads in the loop's numbering."""
+    """Makes the fills of one hole from quads in the loop's numbering.
+
+    models: for the fills of a part of it.
+    """
 
     hole: Hole
     around: Neighbourhood
     projector: HoleProjector
+    models: HoleModels
 
     def make(
         self, local: Int32Array, points: Points, *, score: float = np.inf, **entries: Any
@@ -219,7 +224,7 @@ def _continue_part(
     smaller = hole_on_loop(MeshTopology.of(near), vertices)
     alone = replace(options, corners={}, strokes=(), tolerance=0, twins=False, like=())
     place = {int(v): i for i, v in enumerate(hole.loop)}
-    for fill in islice(_list_fills(db, smaller, alone, {}), CONTINUED):
+    for fill in islice(_list_fills(db, smaller, alone, {}, made.models), CONTINUED):
         quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]
         local = np.array([*mirrored.tolist(), *quads], np.int32)
         inner = np.concatenate([points, fill.points])

@@ -14,7 +14,6 @@ from query.stroke import Stroke
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
     from query.holes.fills import HoleFill
-    from query.holes.models import HoleModels
 
 
 def _no_corners() -> dict[int, int]:
@@ -41,7 +40,6 @@ class HoleOptions:
         begins it (:mod:`patterndb.system.deadline`). A list that is still empty then has the best
         fill that was found by then, if there is one.
     threads: threads of each query, at most; by default one a processor.
-    models: of what artists do; by default those that come with the package.
 
     Raises InvalidQueryError for options that contradict each other.
     """
@@ -58,7 +56,6 @@ class HoleOptions:
     ngon: bool = False
     time_limit: float | None = None
     threads: int | None = None
-    models: HoleModels | None = None
 
     def __post_init__(self) -> None:
         CapRequest(shape=self.shape, tension=self.tension, ngon=self.ngon)
