@@ -37,8 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ingest.formats import read_mesh
-from patterndb import write_mesh
+from ingest.formats import read_mesh, write_mesh
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian

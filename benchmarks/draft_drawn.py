@@ -19,7 +19,7 @@ from scipy.spatial import KDTree
 
 import patterndb
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling.report import report_mesh
 from patterndb_sketch.retopo.network import Network, check_network
 
@@ -71,7 +71,7 @@ def main() -> None:
     flipped = quads = 0
     with patterndb.open() as database:
         for _ in range(options.drawings):
-            editor = Editor(surface, database)
+            editor = Retopology(surface, database)
             for _ in range(int(rng.integers(1, 5))):
                 editor.do(make_call(rng))
                 editor.fill()

@@ -31,7 +31,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling.mesh import find_open_edges
 from patterndb_sketch.retopo.filling.report import report_mesh
 from query.engine import PatternSource
@@ -96,7 +96,7 @@ def draft_mesh(path: Path, source: PatternSource) -> Row:
     except PatternDBError as error:
         return Row(path.stem, 0, "unread", str(error), "", 0.0)
     n = len(surface.triangles)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     began = time.process_time()
     try:
         outcome = editor.do(Call("draft"))
@@ -149,7 +149,7 @@ def main() -> None:
     print(HEAD)
     with patterndb.open() as database:
         warm = Surface.from_polygons(read_mesh(ROOT / "examples" / "dog.obj")).orient()
-        Editor(warm, database).do(Call("draft"))
+        Retopology(warm, database).do(Call("draft"))
         for path in files:
             row = draft_mesh(path, database)
             counts[path.parent.name, row.what] += 1

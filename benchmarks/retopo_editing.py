@@ -47,7 +47,7 @@ from patterndb_sketch.retopo.arguments import (
     Word,
     WordOrNumber,
 )
-from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
+from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Retopology, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.network import check_network, count_genus, count_handles
 from patterndb_sketch.retopo.script import line_of
@@ -109,7 +109,7 @@ def surface_of(name: str) -> Surface:
 class Caller:
     """Makes random calls for what an editor has now."""
 
-    def __init__(self, editor: Editor, rng: np.random.Generator) -> None:
+    def __init__(self, editor: Retopology, rng: np.random.Generator) -> None:
         self.editor = editor
         self.rng = rng
 
@@ -223,7 +223,7 @@ class Caller:
 class Watch:
     """A drawing: its editor, what its states were, and the calls so far."""
 
-    editor: Editor
+    editor: Retopology
     handles: int
     past: list[str] = field(default_factory=list)
     future: list[str] = field(default_factory=list)
@@ -298,7 +298,7 @@ class Watch:
 
 
 def begun(surface: Surface, source: PatternSource, why: Counter[str]) -> Watch:
-    watch = Watch(Editor(surface, source), count_handles(surface), why=why)
+    watch = Watch(Retopology(surface, source), count_handles(surface), why=why)
     watch.now = watch.digest(watch.editor.state)
     return watch
 

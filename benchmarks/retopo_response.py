@@ -19,7 +19,7 @@ import numpy as np
 
 import patterndb
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import change_counts, choose_counts, rank_fills
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -57,9 +57,9 @@ def line(*points: tuple[float, float]) -> list[list[float]]:
 
 def drawn(
     surface: Surface, source: patterndb.Database, columns: int = COLUMNS, rows: int = ROWS
-) -> Editor:
+) -> Retopology:
     """An editor with columns x rows patches in the middle of the sheet."""
-    editor = Editor(surface, source, Sizes.of(surface.diagonal))
+    editor = Retopology(surface, source, Sizes.of(surface.diagonal))
     xs, ys = np.linspace(1.5, 7.5, columns + 1), np.linspace(1.5, 7.5, rows + 1)
     corners = [(xs[0], ys[0]), (xs[-1], ys[0]), (xs[-1], ys[-1]), (xs[0], ys[-1]), (xs[0], ys[0])]
     for a, b in pairwise(corners):

@@ -26,7 +26,7 @@ import numpy as np
 import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
 from patterndb_sketch.retopo.script import Script, play_script, read_script
@@ -59,7 +59,7 @@ def played(script: Path, data: Path) -> Played | None:
     surface = Surface.from_polygons(read_mesh(path)).orient()
     started = time.perf_counter()
     with patterndb.open() as database:
-        editor = Editor(surface, database)
+        editor = Retopology(surface, database)
         for line, outcome in play_script(wanted, editor, _no_export):
             for note in outcome.notes:
                 print(f"{script.name}, line {line.number}: {note}", file=sys.stderr)

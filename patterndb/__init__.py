@@ -1,16 +1,17 @@
-"""patterndb: a database of the patterns in hand-made quad meshes.
+"""patterndb: patterns of hand-made quad meshes, in SQLite, to fill boundaries and holes with quads.
 
     import patterndb
 
     with patterndb.open("my.db", "create") as db:
-        patterndb.ingest(db, ["head.obj", "hand.obj"])
-        for fill in patterndb.fills(db, patterndb.Boundary((3, 5, 4, 6))):
-            ...
+        db.ingest(["head.obj", "hand.obj"])
+        for fill in db.fills((3, 5, 4, 6), limit=5):
+            print(fill)
+        mesh = patterndb.read("cup.obj")
+        filled = next(mesh.holes()[0].fills(db)).weld()
 
-This face has all that a script needs, and imports it when it is asked for. The packages behind
-it: core (quad disks, codes, patterns), geometry, store (the database file) and system (files,
-caches) here, then ingest, query, patterndb_sketch and viewer. The face and the module
-notebook are the one exception to the rule that nothing here imports what stands above.
+A script needs no other import; names are imported on first use. The packages are core (quad disks,
+codes, patterns), geometry, store (the database file) and system (files, JSON) here, and ingest,
+query, patterndb_sketch and viewer. Only verbs, notebook and this module import from higher ones.
 """
 
 from __future__ import annotations
@@ -33,29 +34,24 @@ from patterndb.errors import PatternDBError
 from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
-    from ingest.formats import ReadLimits, read_mesh, write_mesh
-    from ingest.pipeline import IngestReport, MeshReport, ingest, learn_mesh
+    from ingest.formats import ReadLimits
+    from ingest.pipeline import IngestReport, MeshReport
     from patterndb.core.pattern import Pattern
     from patterndb.core.polygonmesh import PolygonMesh
-    from patterndb.geometry.surface import Surface
+    from patterndb.geometry.surface import Surface, SurfacePoints
     from patterndb.notebook import Sheet
     from patterndb.store import Database, DatabaseUnion, LearningOptions, Provenance
     from patterndb.store.connection import Mode
     from patterndb_app.client.remote import connect
+    from patterndb_sketch.curvenetwork.network import CurveNetwork
+    from patterndb_sketch.retopo.editor import Retopology
+    from patterndb_sketch.surfacing import read_network
     from query.boundary import Boundary
     from query.boundaryfile import read_boundary
-    from query.engine import best, fills
     from query.fill import Fill
-    from query.holes import (
-        HoleFill,
-        HoleFills,
-        fill_holes,
-        find_holes,
-        list_mesh_flaws,
-        weld_fills,
-    )
+    from query.holes import Hole, HoleFill, HoleFills, HoleOptions, weld_fills
     from query.listing.stream import Fills
-    from query.placing import Placement, enclose_region, place
+    from query.placing import Placement, enclose_region
     from query.request import FillRequest
     from query.stroke import Stroke
 
@@ -64,13 +60,16 @@ STARTER_NAME = ":starter:"
 
 __all__ = [
     "Boundary",
+    "CurveNetwork",
     "Database",
     "DatabaseUnion",
     "Fill",
     "FillRequest",
     "Fills",
+    "Hole",
     "HoleFill",
     "HoleFills",
+    "HoleOptions",
     "IngestReport",
     "LearningOptions",
     "MeshReport",
@@ -80,36 +79,33 @@ __all__ = [
     "PolygonMesh",
     "Provenance",
     "ReadLimits",
+    "Retopology",
     "Sheet",
     "Stroke",
     "Surface",
-    "best",
+    "SurfacePoints",
     "connect",
     "enclose_region",
-    "fill_holes",
-    "fills",
-    "find_holes",
-    "ingest",
-    "learn_mesh",
-    "list_mesh_flaws",
     "open",
-    "place",
+    "read",
     "read_boundary",
-    "read_mesh",
+    "read_network",
     "weld_fills",
-    "write_mesh",
 ]
 
-#: Where each name of the face is defined.
+#: The module that defines each public name.
 _HOMES = {
     "Boundary": "query",
+    "CurveNetwork": "patterndb_sketch.curvenetwork.network",
     "Database": "patterndb.store",
     "DatabaseUnion": "patterndb.store",
     "Fill": "query",
-    "FillRequest": "query",
+    "FillRequest": "query.request",
     "Fills": "query",
+    "Hole": "query.holes",
     "HoleFill": "query.holes",
     "HoleFills": "query.holes",
+    "HoleOptions": "query.holes",
     "IngestReport": "ingest.pipeline",
     "LearningOptions": "patterndb.store",
     "MeshReport": "ingest.pipeline",
@@ -118,23 +114,16 @@ _HOMES = {
     "PolygonMesh": "patterndb.core.polygonmesh",
     "Provenance": "patterndb.store",
     "ReadLimits": "ingest.formats",
+    "Retopology": "patterndb_sketch.retopo.editor",
     "Sheet": "patterndb.notebook",
     "Stroke": "query",
     "Surface": "patterndb.geometry.surface",
-    "best": "query",
+    "SurfacePoints": "patterndb.geometry.surface",
     "connect": "patterndb_app.client.remote",
     "enclose_region": "query.placing",
-    "fill_holes": "query.holes",
-    "fills": "query",
-    "find_holes": "query.holes",
-    "ingest": "ingest.pipeline",
-    "learn_mesh": "ingest.pipeline",
-    "list_mesh_flaws": "query.holes",
-    "place": "query.placing",
     "read_boundary": "query.boundaryfile",
-    "read_mesh": "ingest.formats",
+    "read_network": "patterndb_sketch.surfacing",
     "weld_fills": "query.holes",
-    "write_mesh": "ingest.formats",
 }
 
 __getattr__, __dir__ = lazy_exports(__name__, _HOMES)
@@ -147,6 +136,20 @@ def _draw(item: Pattern | Fill, suffix: Suffix) -> bytes:
 
 
 set_renderer(_draw)
+
+
+def read(path: Path | str, *, limits: ReadLimits | None = None) -> PolygonMesh:
+    """Read the polygon mesh in a file, by the file's suffix.
+
+    limits: the most that a file may have. Raises MeshFileError, with file, line and token, for a
+    file that is damaged, over a limit or without faces; UnsupportedFormatError for a format that is
+    unknown or cannot hold quads; MissingExtraError where the extra that reads a format is missing.
+
+    Example: ``patterndb.read("penguin.obj").holes()``
+    """
+    from ingest.formats import ReadLimits, read_mesh
+
+    return read_mesh(path, limits=limits or ReadLimits())
 
 
 @overload

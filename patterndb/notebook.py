@@ -26,7 +26,7 @@ SHEET_LENGTH = 60
 class Sheet(list["Pattern | Fill"]):
     """A list of patterns or fills that a notebook shows as one sheet of pictures.
 
-    Example: ``patterndb.Sheet(patterndb.fills(db, patterndb.Boundary((3, 5, 4, 6))))``
+    Example: ``patterndb.Sheet(db.fills((3, 5, 4, 6)))``
     """
 
     def __init__(

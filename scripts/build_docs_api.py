@@ -47,7 +47,7 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb_sketch.features.session": ("FeatureSession", "SessionCurve"),
     "patterndb_sketch.features.errors": ("InvalidFeatureError",),
     "patterndb_sketch.retopo": None,
-    "patterndb_sketch.retopo.editor": ("Call", "Editor", "Outcome", "State"),
+    "patterndb_sketch.retopo.editor": ("Call", "Retopology", "Outcome", "State"),
     "patterndb_sketch.retopo.table": ("TOOLS", "describe_tools"),
     "patterndb_sketch.retopo.tool": ("Tool", "Control", "ToolWork", "Result"),
     "patterndb_sketch.retopo.tracing": ("SurfaceCurve", "clean_stroke"),

@@ -121,7 +121,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images")
     out: Path = parser.parse_args().out
     with patterndb.open() as db:
-        mesh = patterndb.read_mesh(ROOT / "docs" / "meshes" / "head.obj")
+        mesh = patterndb.read(ROOT / "docs" / "meshes" / "head.obj")
         fills = list(islice(fill_holes(db, mesh, loop=[NOSE]), 6))
         draw_holes(out / "holes-nose.png", fills[:1], 520)
         panels = [

@@ -16,7 +16,7 @@ from draw_retopo_tutorial import View, picture, play, save
 import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.script import read_script
 
 ROOT = Path(__file__).parents[1]
@@ -55,7 +55,7 @@ def draw(name: str, data: Path, out: Path) -> None:
     one, other = VIEWS[name]
     captions = ("curves", "quads", OTHER.get(name, OTHERWISE))
     with patterndb.open() as database:
-        editor = Editor(surface, database)
+        editor = Retopology(surface, database)
         play(editor, script)
         panels = [
             picture(editor, one, PANEL, quads=False),

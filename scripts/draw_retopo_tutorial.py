@@ -22,7 +22,7 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import RetopoMesh, find_irregular_vertices, weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.script import Script, script_of
@@ -94,7 +94,7 @@ def stages(path: Path) -> list[tuple[str, Script]]:
     return [(title, script_of([lines[0], *calls])) for title, calls in found if calls]
 
 
-def play(editor: Editor, script: Script) -> None:
+def play(editor: Retopology, script: Script) -> None:
     """All calls of a part; each must be obeyed."""
     for line in script.lines:
         outcome = editor.do(line.call)
@@ -103,7 +103,7 @@ def play(editor: Editor, script: Script) -> None:
         editor.fill()
 
 
-def colours(editor: Editor) -> dict[int, str]:
+def colours(editor: Retopology) -> dict[int, str]:
     """A colour for every patch, the first that no neighbour has."""
     network = editor.network
     taken = network.patch_of()
@@ -119,7 +119,7 @@ def colours(editor: Editor) -> dict[int, str]:
 
 
 def picture(
-    editor: Editor, view: View, size: tuple[int, int], *, quads: bool = True
+    editor: Retopology, view: View, size: tuple[int, int], *, quads: bool = True
 ) -> Image.Image:
     """The surface, its quads and its curves."""
     surface, edge = editor.surface, view.thick * editor.sizes.edge
@@ -186,7 +186,9 @@ def _closed(mesh: RetopoMesh) -> bool:
     return len(uses) > 0 and bool((uses == 2).all())
 
 
-def _quads(plotter: pv.Plotter, editor: Editor, points: Points, eye: Points, edge: float) -> None:
+def _quads(
+    plotter: pv.Plotter, editor: Retopology, points: Points, eye: Points, edge: float
+) -> None:
     """Quads in the colours of their patches, their edges, and irregular vertices; edge: the
     length that these are as large as."""
     mesh = weld_fills(editor.fill())
@@ -225,7 +227,7 @@ def save(path: Path, pictures: Sequence[Image.Image], captions: Sequence[str] = 
         sys.exit(f"{path} has over {LARGEST_PICTURE:,} bytes; draw less in it")
 
 
-def hip(editor: Editor) -> list[Image.Image]:
+def hip(editor: Retopology) -> list[Image.Image]:
     """One patch with fills of its list, and with one that follows a line."""
     before = editor.state
     shown: list[Image.Image] = []
@@ -263,7 +265,7 @@ def main() -> None:
         return arguments.out / f"retopo-tutorial-{number}.png"
 
     with patterndb.open(arguments.db) as db:
-        editor = Editor(surface, db)
+        editor = Retopology(surface, db)
         for title, script in stages(SCRIPT):
             play(editor, script)
             large = (400, 560)

@@ -24,7 +24,7 @@ from PIL import Image
 import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 
@@ -281,7 +281,7 @@ def opened(
     name: str, source: PatternSource, tools: dict[str, tuple[str, Image.Image]]
 ) -> Iterator[Hand]:
     """A mouse over a mesh of the examples, seen from the front."""
-    state = RetopoState(Editor(smooth(name), source))
+    state = RetopoState(Retopology(smooth(name), source))
     hand = Hand(state, tools)
     try:
         hand.image(TOOL)

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidMeshError
+from patterndb.verbs import MeshVerbs
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PolygonMesh:
+class PolygonMesh(MeshVerbs):
     """Points and faces, nothing triangulated and no vertex split.
 
     points:  (v, 3) float64, in the file's own units and axes.

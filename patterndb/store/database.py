@@ -35,6 +35,7 @@ from patterndb.store.records import (
     Provenance,
     Statistics,
 )
+from patterndb.verbs import DatabaseVerbs
 
 Outcome = Literal["imported", "unchanged", "updated"]
 
@@ -42,7 +43,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
-class Database:
+class Database(DatabaseVerbs):
     """An open pattern database; a context manager that closes it.
 
     Classes are kept in memory once loaded, until something is written: through this object, or

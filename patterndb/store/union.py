@@ -30,6 +30,7 @@ from patterndb.store.connection import Mode
 from patterndb.store.database import Database
 from patterndb.store.records import Mesh
 from patterndb.store.starter import StarterDatabase
+from patterndb.verbs import QueryVerbs
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class MemberOccurrence:
         }
 
 
-class DatabaseUnion:
+class DatabaseUnion(QueryVerbs):
     """Several open databases that are asked as one; a context manager that closes them.
 
     Threads may share it, as they may a :class:`patterndb.store.database.Database`.

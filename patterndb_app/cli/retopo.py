@@ -36,7 +36,7 @@ from patterndb_app.cli.text import plural, say, table, write, write_json
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
     from patterndb.store import Database, DatabaseUnion
-    from patterndb_sketch.retopo.editor import Editor, Outcome
+    from patterndb_sketch.retopo.editor import Outcome, Retopology
     from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
     from patterndb_sketch.retopo.filling.report import Report
     from patterndb_sketch.retopo.script import Script, ScriptLine
@@ -353,7 +353,7 @@ def _read_sides(sides: str | None, picture: Path | None) -> tuple[str, ...]:
     return found
 
 
-def _make_draft(editor: Editor, wishes: Mapping[str, object]) -> ScriptLine:
+def _make_draft(editor: Retopology, wishes: Mapping[str, object]) -> ScriptLine:
     """Call the tool; write its notes to stderr, and return the script's line that does the same."""
     from patterndb_sketch.retopo.editor import Call
     from patterndb_sketch.retopo.errors import RefusedError
@@ -369,7 +369,7 @@ def _make_draft(editor: Editor, wishes: Mapping[str, object]) -> ScriptLine:
 
 
 def _play_script(
-    wanted: Script, editor: Editor, script: Path, lenient: bool, anywhere: bool
+    wanted: Script, editor: Retopology, script: Path, lenient: bool, anywhere: bool
 ) -> tuple[list[ScriptLine], list[tuple[ScriptLine, Outcome]]]:
     """Play a script; the lines that did something, and those that were refused."""
     from patterndb_sketch.retopo.quadimport import refuse_losses
@@ -400,7 +400,7 @@ def _play_script(
 
 
 def _look(
-    editor: Editor,
+    editor: Retopology,
     title: str,
     session: Path | None,
     record: Path | None,
@@ -496,7 +496,7 @@ class RetopoBeginning:
 
     name: str
     surface: Surface
-    editor: Editor
+    editor: Retopology
     quads: bool
 
 
@@ -504,7 +504,7 @@ def begin_retopo(
     asked: RetopoRequest, script: Script | None, database: Database | DatabaseUnion
 ) -> RetopoBeginning:
     """An editor as it is before anything is done."""
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
     from patterndb_sketch.retopo.session import RETOPO_SESSION
 
     if asked.session is not None and asked.goes_on:
@@ -513,12 +513,12 @@ def begin_retopo(
             _refuse_other_surface(kept, asked, database)
         if script is not None and asked.script is not None:
             _refuse_another(kept, script, asked.script)
-        editor = Editor(kept.surface, database)
+        editor = Retopology(kept.surface, database)
         editor.restore(kept.state)
         return RetopoBeginning(kept.name, kept.surface, editor, False)
     path = _path(asked, script)
     quads = asked.quads or (script is not None and script.quads)
-    editor = _from_quads(path, database) if quads else Editor(_read_surface(path), database)
+    editor = _from_quads(path, database) if quads else Retopology(_read_surface(path), database)
     return RetopoBeginning(str(path), editor.surface, editor, quads)
 
 
@@ -546,9 +546,9 @@ def _read_surface(path: Path) -> Surface:
         raise InvalidMeshError(f"{path}: {error}") from error
 
 
-def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:
+def _from_quads(path: Path, database: Database | DatabaseUnion) -> Retopology:
     from ingest.formats import read_mesh
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
     from patterndb_sketch.retopo.errors import InvalidRetopoError
     from patterndb_sketch.retopo.quadimport import import_quads
 
@@ -562,7 +562,7 @@ def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:
             "is mostly quads, or leave --from-quads out and draw on it"
         )
     try:
-        return Editor.of_quads(import_quads(mesh.points, quads, others=others), database)
+        return Retopology.of_quads(import_quads(mesh.points, quads, others=others), database)
     except InvalidRetopoError as error:
         raise InvalidRetopoError(f"{path}: {error}") from error
 

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
+from patterndb.verbs import NetworkVerbs
 
 #: A curve's name in the file it came from.
 CurveId = int | str
@@ -81,7 +82,7 @@ class Cycle:
 
 
 @dataclass(frozen=True, slots=True)
-class CurveNetwork:
+class CurveNetwork(NetworkVerbs):
     """Curves that meet at nodes.
 
     curves: the curves; a cycle names them by their place in this tuple.

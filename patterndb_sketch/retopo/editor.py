@@ -7,11 +7,12 @@ of the table (:mod:`patterndb_sketch.retopo.table`), which may say what
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from patterndb.geometry.surface import Surface
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.surface import Surface, Triangles
 from patterndb_sketch.history import DEPTH, History
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.draft.fitting import sample_both_sides
@@ -36,7 +37,7 @@ from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import ToolWork
 from query.engine import PatternSource
 
-__all__ = ["DEPTH", "TOOLS", "Call", "Editor", "Outcome", "State"]
+__all__ = ["DEPTH", "TOOLS", "Call", "Outcome", "Retopology", "State"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,17 +67,34 @@ class Outcome:
 PLANES = 4
 
 
-class Editor:
-    """A network on a surface, edited by calls.
+class Retopology:
+    """A network on a surface, edited by calls of tools.
 
-    A window, a script and a test say what is to be done in the same calls; "undo" and "redo" are
-    two of them. A tool that refuses, or changes nothing, leaves no step in the history. After a
-    call patches have their loops; :meth:`fill` gives them counts, fills and places, at once or
-    when there is time.
+    Windows, scripts and programs use the same calls; "undo" and "redo" are two of them. Every tool
+    is a method, too, which returns the retopology: ``retopology.loop(at=[0, 0, 1],
+    normal=[0, 0, 1])``. A tool that does nothing leaves no step in the history. After a call the
+    patches have their loops; :meth:`fill` gives them counts, fills and places.
+
+    Example: ``Retopology(patterndb.read("head.obj"), db).draft(quads=1500).fill()``
     """
 
-    def __init__(self, surface: Surface, source: PatternSource, sizes: Sizes | None = None) -> None:
-        """On a surface, whose borders become marked chains; source: of patterns."""
+    def __init__(
+        self,
+        surface: Surface | PolygonMesh | Triangles,
+        source: PatternSource,
+        sizes: Sizes | None = None,
+    ) -> None:
+        """Begin with the borders of a surface as marked chains.
+
+        surface: oriented as :meth:`patterndb.geometry.surface.Surface.orient` does it, or a mesh of
+        polygons or triangles that becomes such a surface. source: a database.
+
+        Raises InvalidMeshError for a mesh that has no area, or one side only.
+        """
+        if isinstance(surface, PolygonMesh):
+            surface = surface.surface()
+        elif not isinstance(surface, Surface):
+            surface = Surface.of(surface).orient()
         self.surface = surface
         self.source = source
         chosen = Sizes.of(surface.diagonal) if sizes is None else sizes
@@ -90,7 +108,7 @@ class Editor:
         self._filled: FilledNetwork | None = None
 
     @classmethod
-    def of_quads(cls, found: QuadImport, source: PatternSource) -> Editor:
+    def of_quads(cls, found: QuadImport, source: PatternSource) -> Retopology:
         """On the surface of a mesh of quads, with its regular grids as patches, and other faces
         as they are."""
         editor = cls(found.surface, source, found.sizes)
@@ -141,6 +159,19 @@ class Editor:
     def redoable(self) -> int:
         """Steps that can be redone."""
         return self._history.redoable
+
+    def __getattr__(self, name: str) -> Callable[..., Retopology]:
+        """Return the tool of this name as a method; RefusedError where it does nothing."""
+        if name.startswith("_") or name not in (*TOOLS, "undo", "redo"):
+            raise AttributeError(f"Retopology has no attribute and no tool {name!r}")
+
+        def call(**arguments: object) -> Retopology:
+            outcome = self.do(Call(name, arguments))
+            if outcome.refused is not None:
+                raise RefusedError(f"{name}: {outcome.refused}")
+            return self
+
+        return call
 
     def do(self, call: Call) -> Outcome:
         """Obey a call.

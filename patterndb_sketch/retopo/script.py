@@ -26,7 +26,7 @@ import numpy as np
 
 from patterndb.system.documents import parse_json, read_limited
 from patterndb.system.files import may_name_file, replace_file
-from patterndb_sketch.retopo.editor import Call, Editor, Outcome
+from patterndb_sketch.retopo.editor import Call, Outcome, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import FilledNetwork
 
@@ -147,7 +147,7 @@ def surface_path(script: Script, beside: Path) -> Path:
 
 def play_script(
     script: Script,
-    editor: Editor,
+    editor: Retopology,
     export: Callable[[str, FilledNetwork], None],
     *,
     lenient: bool = False,

@@ -87,7 +87,7 @@ class HoleFill:
         return "twin" if self.ngon is None else "n-gon"
 
     def weld(self) -> PolygonMesh:
-        """The whole mesh: see :func:`weld_fills`."""
+        """Return the mesh with the hole filled; :func:`weld_fills` takes fills of several holes."""
         return weld_fills([self])
 
     def to_json(self) -> dict[str, Any]:

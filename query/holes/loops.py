@@ -12,6 +12,7 @@ from patterndb._native.query.holes.loops import flood, walk_borders
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
+from patterndb.verbs import HoleVerbs
 from query.holes.topology import (
     MeshTopology,
     explain_closed,
@@ -29,7 +30,7 @@ NEAR_PLANE = 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Hole:
+class Hole(HoleVerbs):
     """A loop to be filled, and what stays around it.
 
     topology: the whole mesh.

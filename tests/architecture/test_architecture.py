@@ -41,17 +41,18 @@ ALLOWED = {
 #: The one exception: the face, by which scripts get all they need, and the hook by which patterns
 #: and fills show themselves in a notebook. They import what stands above when asked for it.
 ENTRY_POINTS = {
-    "patterndb": {"ingest", "query", "patterndb_app.client"},
+    "patterndb": {"ingest", "query", "patterndb_sketch", "patterndb_app.client"},
     "patterndb.notebook": {"query", "viewer"},
+    "patterndb.verbs": {"ingest", "query", "patterndb_sketch"},
 }
 
 #: They look upwards, each for the reason that docs/architecture.md gives.
-FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook")
+FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook", "patterndb.verbs")
 
 #: What deals with files, processes or people. All else but the viewer knows arrays only:
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
 WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.formats")
-WORLDLY_MODULES += ("patterndb.notebook", "ingest.read")
+WORLDLY_MODULES += ("patterndb.notebook", "patterndb.verbs", "ingest.read")
 WORLDLY_MODULES += ("patterndb_sketch.retopo.arguments",)  # quotes values as JSON
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
 WORLDLY_MODULES += ("patterndb.store.starter", "ingest.pipeline")

@@ -183,7 +183,7 @@ def test_a_page_brings_what_its_blocks_need(page: str) -> None:
     [
         ("python run\nfrom matplotlib.figure import Figure\n", "matplotlib"),
         ("python\nwith patterndb.open() as db:\n    pass\n", "patterndb is used"),
-        ('python\nimport patterndb\npatterndb.read_mesh("head.obj")\n', "no head.obj"),
+        ('python\nimport patterndb\npatterndb.read("head.obj")\n', "no head.obj"),
         ("sh run\npatterndb surface examples/networks/teacup.json -o a.obj\n", "extra sketch"),
         ("sh run\npatterndb holes head.obj\n", "no head.obj"),
         ("sh run\npatterndb stats --db a.db --server http://127.0.0.1\n", "extra client"),
@@ -209,7 +209,7 @@ patterndb holes cup.obj
 import matplotlib
 import patterndb
 
-patterndb.read_mesh("cup.obj")
+patterndb.read("cup.obj")
 ```
 """
     assert read_page(page) == []

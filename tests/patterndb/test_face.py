@@ -31,16 +31,9 @@ def test_what_a_type_checker_sees_is_what_there_is() -> None:
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    for name in set(patterndb.__all__) - {"open", "PatternDBError"}:
+    for name in set(patterndb.__all__) - {"open", "read", "PatternDBError"}:
         module = sys.modules[str(named[name])] if getattr(patterndb, name) else None
         assert getattr(module, name) is getattr(patterndb, name)
-
-
-def test_ingest_is_the_function() -> None:
-    from ingest.pipeline import ingest
-    from patterndb import ingest as given
-
-    assert given is ingest
 
 
 def test_importing_it_loads_nothing_heavy() -> None:
@@ -56,18 +49,18 @@ def test_a_script_from_mesh_to_fill_needs_the_face_alone(tmp_path: Path) -> None
     mesh = tmp_path / "grid.obj"
     points = [(x, y, 0) for y in range(5) for x in range(5)]
     faces = [(i, i + 1, i + 6, i + 5) for i in range(20) if i % 5 < 4]
-    patterndb.write_mesh(mesh, (points, faces))
+    patterndb.PolygonMesh.from_faces(points, faces).write(mesh)
     with patterndb.open(tmp_path / "my.db", "create") as db:
-        report = patterndb.ingest(db, [mesh])
+        report = db.ingest([mesh])
         assert report.meshes[0].quads_read == 16
         assert repr(db) == f"<Database {tmp_path / 'my.db'}: 1 pattern of 1 mesh, open to create>"
         boundary = patterndb.Boundary((2, 3, 2, 3))
-        listed = list(patterndb.fills(db, boundary, origins=("learned",), limit=1))
+        listed = list(db.fills(boundary, origins=("learned",), limit=1))
     assert [len(fill.quads) for fill in listed] == [6]
     assert repr(db) == f"<Database {tmp_path / 'my.db'}: closed or damaged>"
     flat = np.array([(x, 0.0) for x in (0, 1, 2)] + [(2, y) for y in (1, 2, 3)])
     flat = np.vstack([flat, [(1, 3), (0, 3), (0, 2), (0, 1)]])
-    placed = patterndb.place(listed[0], np.column_stack([flat, np.zeros(10)]))
+    placed = listed[0].place(np.column_stack([flat, np.zeros(10)]))
     assert placed.vertices.shape == (12, 3)
 
 

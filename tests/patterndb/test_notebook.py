@@ -14,7 +14,7 @@ from patterndb.notebook import draw_sheet
 
 def _fills(source: object, limit: int = 5) -> list[patterndb.Fill]:
     boundary = patterndb.Boundary((3, 5, 4, 6))
-    return list(patterndb.fills(source, boundary, limit=limit))  # type: ignore[arg-type]
+    return list(source.fills(boundary, limit=limit))  # type: ignore[arg-type]
 
 
 def _assert_svg(text: str, quads: int | None = None) -> None:
@@ -42,7 +42,7 @@ def test_a_pattern_and_a_fill_are_pictures(source: patterndb.Database) -> None:
 
 def test_a_sheet_is_a_list_and_a_picture_of_all(source: patterndb.Database) -> None:
     boundary = patterndb.Boundary((3, 5, 4, 6))
-    sheet = patterndb.Sheet(patterndb.fills(source, boundary), 5, title="five fills")
+    sheet = patterndb.Sheet(source.fills(boundary), 5, title="five fills")
     assert len(sheet) == 5 and isinstance(sheet, list)
     svg = sheet._repr_svg_()
     assert svg is not None and "five fills" in svg

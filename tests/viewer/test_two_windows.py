@@ -21,7 +21,7 @@ SIZE = (720, 450)
 def open_retopo(folder: Path, source: PatternSource) -> Any:
     """A window on the folder's session, as the command line opens one."""
 
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
     from patterndb_sketch.retopo.script import Script
     from patterndb_sketch.retopo.session import RetopoSession, autosave_session
     from tests.support.viewer.sheets import sheet
@@ -29,7 +29,7 @@ def open_retopo(folder: Path, source: PatternSource) -> Any:
     from viewer.retopo.window import RetopoSaver, RetopoWriter
 
     path = folder / "sheet.retopo"
-    editor = Editor(sheet(), source)
+    editor = Retopology(sheet(), source)
     files = RetopoWriter(folder, path, folder / "sheet.jsonl", Script("sheet.obj", ()), write)
     if path.exists():
         editor.restore(RETOPO_SESSION.read(path).state)

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor, Outcome, State
+from patterndb_sketch.retopo.editor import Call, Outcome, Retopology, State
 from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
 from patterndb_sketch.retopo.filling.choice import Choice, Flow
 from patterndb_sketch.retopo.filling.edgecounts import side_lengths
@@ -81,7 +81,7 @@ class EditorWorker:
     fills of patches.
     """
 
-    def __init__(self, editor: Editor) -> None:
+    def __init__(self, editor: Retopology) -> None:
         self._editor = editor
         self.worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
         self._asked: deque[tuple[Call, Future[Outcome]]] = deque()
@@ -294,7 +294,7 @@ class RetopoEditing:
     what there is. files: for keys that save.
     """
 
-    def __init__(self, editor: Editor, files: RetopoFiles | None) -> None:
+    def __init__(self, editor: Retopology, files: RetopoFiles | None) -> None:
         self.surface = editor.surface
         self.message = ""
         self.files = files

@@ -6,7 +6,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface, SurfacePoints
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from viewer.camera import ViewerState
@@ -39,7 +39,7 @@ class RetopoState(ViewerState[RetopoCamera]):
     curves_shown: what is seen.
     """
 
-    def __init__(self, editor: Editor, *, files: RetopoFiles | None = None) -> None:
+    def __init__(self, editor: Retopology, *, files: RetopoFiles | None = None) -> None:
         self.editing = RetopoEditing(editor, files)
         camera = RetopoCamera(editor.surface.vertices, find_upright(editor.surface))
         super().__init__(camera, self.editing)

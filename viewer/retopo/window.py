@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.surface import Surface
 from patterndb.system.knownfiles import FileChangedError, KnownFiles
-from patterndb_sketch.retopo.editor import Call, Editor, State
+from patterndb_sketch.retopo.editor import Call, Retopology, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
@@ -39,7 +39,7 @@ SIDE_AT, SIDE_SIZE = (12.0, 12.0), 13.0
 
 
 def show(
-    editor: Editor,
+    editor: Retopology,
     *,
     title: str = "",
     session: Path | None = None,
@@ -90,7 +90,7 @@ def show(
 
 
 def draw(
-    editor: Editor,
+    editor: Retopology,
     path: Path | str,
     *,
     toward: ArrayLike | None = None,

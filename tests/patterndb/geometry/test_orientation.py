@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.adjacency import orient_triangles
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from query.engine import PatternSource
 from tests.support.retopo.networks import plane, sphere
 
@@ -101,7 +101,7 @@ def test_alternate_triangles_take_a_draft_and_a_patch(source: PatternSource) -> 
     ball = trimesh.creation.icosphere(subdivisions=3)
     faces = ball.faces.copy()
     faces[::2] = faces[::2, ::-1]
-    editor = Editor(Surface.from_arrays(ball.vertices, faces).orient(), source)
+    editor = Retopology(Surface.from_arrays(ball.vertices, faces).orient(), source)
     outcome = editor.do(Call("loop", {"at": [0.6, 0.0, 0.8], "normal": [0.0, 0.0, 1.0]}))
     assert outcome.refused is None
     outcome = editor.do(Call("cylinder", {"points": [[0.6, 0, 0.8], [0.9, 0, 0.4]]}))

@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from ingest.formats import read_mesh
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.session import RETOPO_SESSION
 from tests.support.cli.commandline import assert_refused, run
 from viewer.retopo.pointing import VIEW_SIDES
@@ -206,19 +206,19 @@ def test_a_session_that_is_there_is_opened_whether_its_surface_is_named_or_not(
 def test_a_session_that_another_changed_meanwhile_is_not_replaced(
     ball: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
 
     session = tmp_path / "a.retopo"
     played = script(tmp_path / "a.jsonl", *LOOPS)
     document(ball, "--script", played, "--session", session)
     more = script(tmp_path / "b.jsonl", *LOOPS[:1])
-    fill = Editor.fill
+    fill = Retopology.fill
 
-    def meanwhile(self: Editor) -> object:
+    def meanwhile(self: Retopology) -> object:
         session.write_bytes(b"another's")
         return fill(self)
 
-    monkeypatch.setattr(Editor, "fill", meanwhile)
+    monkeypatch.setattr(Retopology, "fill", meanwhile)
     result = run("retopo", "--script", more, "--session", session, "--lenient", "--json")
     assert_refused(result, 3, "has changed since", "reload it", "another file", "overwrite it")
     assert session.read_bytes() == b"another's"
@@ -371,7 +371,7 @@ def test_a_surface_alone_opens_the_window(
     """What the window is given; what is done in it reaches the mesh."""
     shown: list[dict[str, object]] = []
 
-    def show(editor: Editor, **options: object) -> None:
+    def show(editor: Retopology, **options: object) -> None:
         shown.append(options)
         for call in LOOPS:
             editor.do(Call(str(call["tool"]), {k: v for k, v in call.items() if k != "tool"}))

@@ -48,7 +48,7 @@ def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A small database. Not to be changed: copies are."""
     path = tmp_path_factory.mktemp("served") / "learned.db"
     with patterndb.open(path, "create") as database:
-        patterndb.ingest(database, [EXAMPLES / "jug.obj"], TINY)
+        database.ingest([EXAMPLES / "jug.obj"], TINY)
     return path
 
 

@@ -73,7 +73,7 @@ def test_the_same_question_has_the_same_list(
     boundary = Boundary(body["sides"], corners)  # type: ignore
     if "valence" in keywords:
         keywords["valence"] = tuple(keywords["valence"])
-    found = patterndb.fills(source, boundary, strokes=strokes, **keywords)
+    found = source.fills(boundary, strokes=strokes, **keywords)
     assert [fill.to_json() for fill in found] == lines
     assert found.truncated == whole["truncated"]
     for more in ((), ("--server", starter.url)):
@@ -90,7 +90,7 @@ def test_the_client_takes_fills_with_a_widened_polychord_that_crosses_itself(
     starter: ServedHere, source: PatternSource, lengths: tuple[int, ...]
 ) -> None:
     boundary = Boundary(lengths)
-    here = [fill.to_json() for fill in patterndb.fills(source, boundary, limit=20)]
+    here = [fill.to_json() for fill in source.fills(boundary, limit=20)]
     with patterndb.connect(starter.url) as remote:
         assert [fill.to_json() for fill in remote.fills(boundary, limit=20)] == here
 
@@ -108,7 +108,7 @@ def test_fills_of_points_are_placed(starter: ServedHere, source: PatternSource) 
     sides = [np.array(side, float) for side in TRIANGLE["sides"]]
     boundary = Boundary.from_polylines(sides, lengths=TRIANGLE["lengths"])
     stroke = Stroke.drawn(boundary, TRIANGLE["strokes"][0])
-    expected = list(patterndb.fills(source, boundary, strokes=[stroke], limit=3))
+    expected = list(source.fills(boundary, strokes=[stroke], limit=3))
     assert len(answer["fills"]) == 3
     assert boundary.points is not None
     for told, fill in zip(answer["fills"], expected, strict=True):
@@ -129,11 +129,11 @@ def test_fills_of_points_are_placed(starter: ServedHere, source: PatternSource) 
 def test_fills_lie_on_a_surface_that_was_sent(starter: ServedHere) -> None:
     mesh = EXAMPLES / "jug.obj"
     kept = starter.http.post("/v1/surfaces", content=mesh.read_bytes()).json()
-    assert kept["n_faces"] == patterndb.read_mesh(mesh).n_faces
+    assert kept["n_faces"] == patterndb.read(mesh).n_faces
     form = starter.http.post("/v1/surfaces", files={"file": ("jug.obj", mesh.read_bytes())})
     assert form.json()["id"] == kept["id"]
-    points = patterndb.read_mesh(mesh).points
-    face = patterndb.read_mesh(mesh).faces()[0]
+    points = patterndb.read(mesh).points
+    face = patterndb.read(mesh).faces()[0]
     corners = points[face].tolist()
     question = {
         "sides": [[corners[i], corners[(i + 1) % 4]] for i in range(4)],
@@ -232,7 +232,8 @@ def test_a_hole_is_filled_as_the_library_fills_it(starter: ServedHere, source: o
     question = {"mesh": mesh, "loop": [listed[0]["loop"][0]], "limit": 2, "weld": 1}
     answer = starter.http.post("/v1/holes", json=question).json()
     polygons = patterndb.PolygonMesh.from_faces(points, faces)
-    found = patterndb.fill_holes(source, polygons, loop=question["loop"], limit=2)  # type: ignore
+    hole = polygons.hole(loop=question["loop"])
+    found = hole.fills(source, limit=2)  # type: ignore
     expected = [fill.to_json() for fill in found]
     assert answer["holes"][0]["fills"] == expected
     assert len(answer["mesh"]["faces"]) == len(faces) + len(expected[0]["quads"])
@@ -295,13 +296,8 @@ def test_a_fill_lies_as_it_is_asked_to(starter: ServedHere, source: object) -> N
     for options in asked:
         question = {"mesh": mesh, "loop": [n], "limit": 2, "weld": 1, **options}
         answer = starter.http.post("/v1/holes", json=question).json()
-        found = patterndb.fill_holes(
-            source,  # type: ignore
-            polygons(points, faces),
-            loop=[n],
-            limit=2,
-            **options,
-        )
+        hole = polygons(points, faces).hole(loop=[n])
+        found = hole.fills(source, limit=2, **options)  # type: ignore
         fills = answer["holes"][0]["fills"]
         assert fills == [fill.to_json() for fill in found]
         last = fills[0]["ngon"] if "ngon" in options else fills[0]["quads"][-1]

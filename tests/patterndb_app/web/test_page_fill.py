@@ -38,7 +38,7 @@ def ask_library(question: dict[str, Any]) -> list[Fill]:
     asked = {k: v for k, v in question.items() if k not in own and k != "surface"}
     boundary, strokes = parse_boundary(json.dumps(asked))
     with patterndb.open() as db:
-        return list(patterndb.fills(db, boundary, strokes=strokes, **options))
+        return list(db.fills(boundary, strokes=strokes, **options))
 
 
 def read_card(page: Page) -> dict[str, str]:
@@ -54,7 +54,7 @@ def download(page: Page, folder: Path) -> patterndb.PolygonMesh:
         page.get_by_role("button", name="Download OBJ").click()
     path = folder / started.value.suggested_filename
     started.value.save_as(path)
-    return patterndb.read_mesh(path)
+    return patterndb.read(path)
 
 
 def count_edges(page: Page) -> list[int]:

@@ -40,8 +40,8 @@ def test_a_hole_is_clicked_filled_paged_and_downloaded(open_page: OpenPage, tmp_
     page = open_page("/#hole")
     page.locator("#hole-file").set_input_files(HEAD)
     page.locator(".loop-row").first.wait_for()
-    old = patterndb.read_mesh(HEAD)
-    assert page.locator(".loop-row").count() == len(patterndb.find_holes(old))
+    old = patterndb.read(HEAD)
+    assert page.locator(".loop-row").count() == len(old.holes())
 
     click_rim(page)
     wait_for_fills(page, "#hole-strip")
@@ -51,13 +51,13 @@ def test_a_hole_is_clicked_filled_paged_and_downloaded(open_page: OpenPage, tmp_
     with page.expect_download() as started:
         page.get_by_role("button", name="Download the mesh").click()
     started.value.save_as(tmp_path / "filled.obj")
-    new = patterndb.read_mesh(tmp_path / "filled.obj")
+    new = patterndb.read(tmp_path / "filled.obj")
     added = np.arange(new.n_faces) >= old.n_faces
     assert added.any() and set(new.arities()[added].tolist()) == {4}
     assert new.faces()[: old.n_faces] == old.faces()
     np.testing.assert_array_equal(new.points[: len(old.points)], old.points)
     # One border loop less, and all faces run the same way: else no holes could be told.
-    assert len(patterndb.find_holes(new)) == len(patterndb.find_holes(old)) - 1
+    assert len(new.holes()) == len(old.holes()) - 1
 
 
 def test_the_shape_of_a_fill_is_chosen(open_page: OpenPage, tmp_path: Path) -> None:
@@ -75,8 +75,8 @@ def test_the_shape_of_a_fill_is_chosen(open_page: OpenPage, tmp_path: Path) -> N
     with page.expect_download() as started:
         page.get_by_role("button", name="Download the mesh").click()
     started.value.save_as(tmp_path / "filled.obj")
-    old, new = patterndb.read_mesh(HEAD), patterndb.read_mesh(tmp_path / "filled.obj")
-    plane = RimPlane.of(patterndb.find_holes(old)[0].points)
+    old, new = patterndb.read(HEAD), patterndb.read(tmp_path / "filled.obj")
+    plane = RimPlane.of(old.holes()[0].points)
     added = new.points[len(old.points) :]
     assert len(added)
     np.testing.assert_allclose(plane.project(added), added, atol=1e-9)

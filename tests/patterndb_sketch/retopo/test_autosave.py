@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from patterndb_sketch import sessions
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
 from patterndb_sketch.sessions import EVERY, find_recoveries
 from query.engine import PatternSource
@@ -22,8 +22,8 @@ from tests.support.retopo.networks import plane
 
 
 @pytest.fixture
-def editor(source: PatternSource) -> Editor:
-    return Editor(plane(), source, SIZES)
+def editor(source: PatternSource) -> Retopology:
+    return Retopology(plane(), source, SIZES)
 
 
 @dataclass
@@ -49,12 +49,12 @@ def left(session: Path | None, folder: Path | None = None) -> list[Path]:
         sessions._OWN.update(own)
 
 
-def drawn(editor: Editor, k: int) -> None:
+def drawn(editor: Retopology, k: int) -> None:
     do(editor, "stroke", points=line((0, 0.2 * k), (1, 0.2 * k)))
 
 
 def test_changes_are_written_every_half_minute(
-    editor: Editor, clock: Clock, tmp_path: Path
+    editor: Retopology, clock: Clock, tmp_path: Path
 ) -> None:
     session = tmp_path / "a.retopo"
     kept = autosave_session(
@@ -90,7 +90,7 @@ def test_changes_are_written_every_half_minute(
 
 
 def test_saving_and_a_clean_end_leave_no_recovery_file(
-    editor: Editor, clock: Clock, tmp_path: Path
+    editor: Retopology, clock: Clock, tmp_path: Path
 ) -> None:
     kept = autosave_session(
         RetopoSession(editor.surface, editor.state), folder=tmp_path, clock=clock
@@ -120,7 +120,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
     kept.close()
 
 
-def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Clock) -> None:
+def test_without_a_file_or_folder_nothing_is_written(editor: Retopology, clock: Clock) -> None:
     kept = autosave_session(RetopoSession(editor.surface, editor.state), clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
@@ -128,7 +128,9 @@ def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Cloc
     assert not kept.tick(editor.state)
 
 
-def test_a_write_that_fails_is_tried_again(editor: Editor, clock: Clock, tmp_path: Path) -> None:
+def test_a_write_that_fails_is_tried_again(
+    editor: Retopology, clock: Clock, tmp_path: Path
+) -> None:
     folder = tmp_path / "gone"
     kept = autosave_session(RetopoSession(editor.surface, editor.state), folder=folder, clock=clock)
     drawn(editor, 0)
@@ -143,7 +145,7 @@ def test_a_write_that_fails_is_tried_again(editor: Editor, clock: Clock, tmp_pat
 
 
 def test_two_windows_do_not_take_each_others_files(
-    editor: Editor, clock: Clock, tmp_path: Path
+    editor: Retopology, clock: Clock, tmp_path: Path
 ) -> None:
     session = tmp_path / "a.retopo"
     both = [
@@ -210,12 +212,12 @@ CHILD = """
     from pathlib import Path
     from tests.support.retopo.networks import plane
     import patterndb
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
     from patterndb_sketch.retopo.session import RetopoSession, autosave_session
 
     now = 0.0
     with patterndb.open() as source:
-        editor = Editor(plane(), source, replace(SIZES, snap=0.05))
+        editor = Retopology(plane(), source, replace(SIZES, snap=0.05))
         begun = RetopoSession(editor.surface, editor.state)
         kept = autosave_session(begun, session=Path(sys.argv[1]), clock=lambda: now)
         states = [editor.state]

@@ -26,7 +26,7 @@ from patterndb_sketch.retopo.arguments import (
     Word,
     read_arguments,
 )
-from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
+from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.network import Network, are_equal
@@ -40,8 +40,8 @@ NAN, INF = math.nan, math.inf
 
 
 @pytest.fixture
-def editor(source: PatternSource) -> Editor:
-    return Editor(plane(), source, SIZES)
+def editor(source: PatternSource) -> Retopology:
+    return Retopology(plane(), source, SIZES)
 
 
 @pytest.mark.parametrize(
@@ -168,7 +168,7 @@ def test_tools_explain_themselves_and_their_defaults_may_be_given(name: str) -> 
             assert argument.kind.read(one, argument.default) == argument.default
 
 
-def test_a_tool_that_there_is_not_is_an_error(editor: Editor) -> None:
+def test_a_tool_that_there_is_not_is_an_error(editor: Retopology) -> None:
     with pytest.raises(InvalidRetopoError, match="there is no tool 'strike'; there are stroke,"):
         editor.do(Call("strike"))
     with pytest.raises(InvalidRetopoError, match="undo has no argument 'by'; there are none"):
@@ -201,7 +201,7 @@ def test_a_tool_that_there_is_not_is_an_error(editor: Editor) -> None:
     ],
 )
 def test_calls_that_make_no_sense_are_errors_and_change_nothing(
-    editor: Editor, tool: str, arguments: dict[str, object], message: str
+    editor: Retopology, tool: str, arguments: dict[str, object], message: str
 ) -> None:
     before = editor.state
     with pytest.raises(InvalidRetopoError, match=message):
@@ -210,7 +210,7 @@ def test_calls_that_make_no_sense_are_errors_and_change_nothing(
     assert editor.undoable == 0
 
 
-def test_what_is_refused_or_changes_nothing_is_no_step(editor: Editor) -> None:
+def test_what_is_refused_or_changes_nothing_is_no_step(editor: Retopology) -> None:
     do(editor, "stroke", points=line((0, 0), (1, 0)))
     before = editor.state
     for call, why in (
@@ -264,7 +264,7 @@ def test_states_do_not_change_behind_ones_back(source: PatternSource) -> None:
     assert all((chain.points == copies[c]).all() for c, chain in before.network.chains.items())
 
 
-def test_a_new_action_clears_what_was_undone(editor: Editor) -> None:
+def test_a_new_action_clears_what_was_undone(editor: Retopology) -> None:
     do(editor, "stroke", points=line((0, 0), (1, 0)))
     do(editor, "stroke", points=line((0, 1), (1, 1)))
     do(editor, "undo")
@@ -302,7 +302,7 @@ def test_history_is_that_of_two_lists(names: list[str]) -> None:
         assert (history.undoable, history.redoable) == (len(past), len(future))
 
 
-def test_150_steps_can_be_undone(editor: Editor) -> None:
+def test_150_steps_can_be_undone(editor: Retopology) -> None:
     for k in range(DEPTH + 10):
         do(editor, "sizes", edge=0.2 + 0.001 * k)
     assert editor.undoable == DEPTH == 150
@@ -350,7 +350,7 @@ def test_a_restored_state_is_where_history_begins(source: PatternSource) -> None
     editor = drawn_grid(source, 2)
     editor.fill()
     saved = editor.state
-    other = Editor(plane(), source)
+    other = Retopology(plane(), source)
     do(other, "stroke", points=line((0, 0), (1, 0)))
     other.restore(saved)
     assert other.state is saved

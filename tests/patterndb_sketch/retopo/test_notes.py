@@ -12,7 +12,7 @@ import pytest
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.refitting import claim_curves
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import FilledNetwork, find_open_edges
 from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.flaws import find_new_leaps
@@ -70,7 +70,7 @@ def plates() -> Surface:
     ).orient()
 
 
-def draw_bare_square(editor: Editor, x: float, y: float) -> None:
+def draw_bare_square(editor: Retopology, x: float, y: float) -> None:
     corners = [(x, y), (x + 1.5, y), (x + 1.5, y + 1.5), (x, y + 1.5)]
     for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
         assert editor.do(Call("stroke", {"points": line(a, b)})).changed
@@ -80,7 +80,7 @@ def draw_bare_square(editor: Editor, x: float, y: float) -> None:
 def test_a_patch_is_stopped_only_by_curves_near_that_leave_the_surface(
     source: PatternSource,
 ) -> None:
-    editor = Editor(plates(), source, SIZES)
+    editor = Retopology(plates(), source, SIZES)
     draw_bare_square(editor, 2.0, 2.0)
     draw_bare_square(editor, -4.0, -4.0)
     # From the lower sheet to the upper one, and far from the first square.
@@ -97,7 +97,7 @@ def test_a_patch_is_stopped_only_by_curves_near_that_leave_the_surface(
 
 class TestSymmetry:
     def test_find_says_how_far_off_the_plane_is(self, source: PatternSource) -> None:
-        outcome = do(Editor(sphere(), source), "symmetry", find=True)
+        outcome = do(Retopology(sphere(), source), "symmetry", find=True)
         (note,) = outcome.notes
         assert re.fullmatch(
             rf"symmetry is on: the plane through {PLACE} across {PLACE}, [\d.e-]+ % off", note
@@ -109,7 +109,7 @@ class TestSymmetry:
         ball = sphere()
         x, y, z = ball.vertices.T
         bent = np.stack([1.6 * x + 0.5 * z * z * y, y + 0.5 * x * x + 0.2 * z, z + 0.4 * x * y], 1)
-        editor = Editor(Surface.from_arrays(bent, ball.triangles).orient(), source)
+        editor = Retopology(Surface.from_arrays(bent, ball.triangles).orient(), source)
         before = editor.state
         refused = editor.do(Call("symmetry", {"find": True})).refused
         assert refused is not None and editor.state is before
@@ -124,7 +124,7 @@ class TestSymmetry:
         assert editor.state.plane is not None and editor.state.plane.normal == (0.0, 0.0, 1.0)
 
     def test_an_axis_goes_through_the_point_that_is_given(self, source: PatternSource) -> None:
-        editor = Editor(sphere(), source)
+        editor = Retopology(sphere(), source)
         assert do(editor, "symmetry", axis="y").notes == ()
         do(editor, "symmetry", on=False)
         do(editor, "symmetry", axis="x", point=[0.1, 0.0, 0.0])
@@ -145,11 +145,11 @@ class TestSymmetry:
         self, arguments: dict[str, object], source: PatternSource
     ) -> None:
         with pytest.raises(ValueError, match=r"symmetry|axis"):
-            Editor(sphere(), source).do(Call("symmetry", arguments))
+            Retopology(sphere(), source).do(Call("symmetry", arguments))
 
 
 def test_open_ends_are_told_when_they_are_drawn_and_not_again(source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     (note,) = do(editor, "stroke", points=line((0, 0), (2, 0))).notes
     assert note.startswith("2 open ends at ") and "snap radius of 0.1" in note
     there = {tuple(place) for place in read_places(note)}
@@ -162,7 +162,7 @@ def test_open_ends_are_told_when_they_are_drawn_and_not_again(source: PatternSou
     assert do(editor, "stroke", points=line((0, 2), (0, 0))).notes == ()
 
 
-def find_mesh_doublets(editor: Editor) -> np.ndarray:
+def find_mesh_doublets(editor: Retopology) -> np.ndarray:
     """(k, 3) inner vertices of the mesh with two quads, by counting."""
     mesh = editor.mesh(editor.fill())
     valence = np.bincount(mesh.quads.ravel(), minlength=len(mesh.vertices))
@@ -172,7 +172,7 @@ def find_mesh_doublets(editor: Editor) -> np.ndarray:
 
 
 def test_doublets_are_told_where_the_mesh_has_them(source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     square = [(0, 0), (3, 0), (3, 3), (0, 3)]
     for a, b in zip(square, square[1:] + square[:1], strict=True):
         do(editor, "stroke", points=line(a, b))
@@ -198,7 +198,7 @@ def test_a_script_tells_doublets_by_the_line_that_made_them(source: PatternSourc
         lines.append(line_of(Call("stroke", {"points": line(a, b)})))
     # What is drawn next elsewhere does not tell it again.
     lines.append(line_of(Call("stroke", {"points": line((-3, 0), (-1, 0))})))
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     script = script_of(lines)
     played = list(play_script(script, editor, lambda name, found: None))
     telling = [one.number for one, outcome in played if "doublet" in " ".join(outcome.notes)]
@@ -209,7 +209,7 @@ def test_a_script_tells_doublets_by_the_line_that_made_them(source: PatternSourc
 def test_doublets_are_those_of_the_mesh_whatever_is_drawn(
     symmetric: bool, source: PatternSource
 ) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     if symmetric:
         do(editor, "symmetry")
     for a, b in (((0, 0), (2, 0)), ((2, 0), (2, 2)), ((2, 2), (0, 2)), ((0, 2), (0, 0))):
@@ -237,7 +237,7 @@ def same_set(one: np.ndarray, two: np.ndarray) -> bool:
 
 
 def test_a_curve_that_jumps_to_another_part_is_told_with_its_place(source: PatternSource) -> None:
-    editor = Editor(plates(), source, SIZES)
+    editor = Retopology(plates(), source, SIZES)
     jump = [[-3.7, -3.0, 0.0], [-3.2, -3.0, 0.0], [-3.1, -3.0, 0.4], [-2.9, -3.0, 0.4]]
     notes = editor.do(Call("stroke", {"points": jump})).notes
     told = [note for note in notes if "leaves the surface" in note]
@@ -252,7 +252,7 @@ def test_a_curve_that_jumps_to_another_part_is_told_with_its_place(source: Patte
 def test_of_a_draft_s_own_curves_it_is_not_told_that_they_leave_the_surface(
     source: PatternSource,
 ) -> None:
-    editor = Editor(plates(), source, SIZES)
+    editor = Retopology(plates(), source, SIZES)
     jump = [[-3.7, -3.0, 0.0], [-3.2, -3.0, 0.0], [-3.1, -3.0, 0.4], [-2.9, -3.0, 0.4]]
     before = editor.network
     do(editor, "stroke", points=jump)
@@ -266,5 +266,5 @@ def test_of_a_draft_s_own_curves_it_is_not_told_that_they_leave_the_surface(
     claimed = claim_curves(drafted, replace(after, chains=moved))
     assert len(find_new_leaps(drafted, claimed, editor.surface)) == 1
     # Nor is a curve over an edge of the triangles, or around a ball.
-    ball = Editor(sphere(), source)
+    ball = Retopology(sphere(), source)
     assert do(ball, "loop", at=[0.95, 0.0, 0.3], normal=[0.1, 0.2, 1.0]).notes == ()

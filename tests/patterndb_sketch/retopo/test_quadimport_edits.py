@@ -9,7 +9,7 @@ import trimesh
 
 import patterndb
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import fill_network, find_open_edges, weld_fills
 from patterndb_sketch.retopo.filling.fills import step_fill
 from patterndb_sketch.retopo.network import Network, check_network
@@ -90,7 +90,7 @@ def test_quads_follow_a_curve_that_is_pulled() -> None:
     """Held vertices of the patches beside it are let go; all others stay where they were."""
     points, quads = cube(4)
     with patterndb.open() as source:
-        editor = Editor.of_quads(import_quads(points, quads), source)
+        editor = Retopology.of_quads(import_quads(points, quads), source)
         before = weld_fills(editor.fill())
         outcome = editor.do(Call("pull", {"at": [1.0, 0.5, 0.0], "to": [1.0, 0.5, 0.2]}))
         assert outcome.changed, outcome.refused

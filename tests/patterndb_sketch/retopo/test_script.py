@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.editor import Call, Editor, Outcome
+from patterndb_sketch.retopo.editor import Call, Outcome, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.script import (
@@ -146,7 +146,7 @@ def test_the_surface_is_beside_the_script_or_in_the_working_folder(
 
 
 def test_playing_tells_every_line_and_exports_what_there_is_then(source: PatternSource) -> None:
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     exported: list[tuple[str, FilledNetwork]] = []
     told = list(
         play_script(script_of(BALL), editor, lambda name, found: exported.append((name, found)))
@@ -167,8 +167,8 @@ def test_a_refused_call_ends_a_script_unless_it_is_lenient(source: PatternSource
     lines = [OPEN, "#", '{"tool": "knot", "at": [3, 3, 0]}', BALL[-2]]
     script = script_of([*lines, line_of(Call("stroke", {"points": line((0, 0), (1, 0))}))])
     with pytest.raises(InvalidRetopoError, match=r"line 3: knot: nothing is within"):
-        list(play_script(script, Editor(plane(), source, SIZES), nowhere))
-    editor = Editor(plane(), source, SIZES)
+        list(play_script(script, Retopology(plane(), source, SIZES), nowhere))
+    editor = Retopology(plane(), source, SIZES)
     told = [outcome for _, outcome in play_script(script, editor, nowhere, lenient=True)]
     assert [outcome.changed for outcome in told] == [False, False, True]
     assert told[1] == Outcome(False, "there is nothing to undo")
@@ -178,22 +178,22 @@ def test_a_refused_call_ends_a_script_unless_it_is_lenient(source: PatternSource
 def test_a_call_that_makes_no_sense_ends_even_a_lenient_script(source: PatternSource) -> None:
     script = Script("a.obj", (ScriptLine(7, Call("knot", {"at": [0, 0]})),))
     with pytest.raises(InvalidRetopoError, match=r"line 7: knot: at is \[0, 0\]"):
-        list(play_script(script, Editor(plane(), source, SIZES), nowhere, lenient=True))
+        list(play_script(script, Retopology(plane(), source, SIZES), nowhere, lenient=True))
 
 
 PLAYED = """
 import hashlib, sys
 import trimesh
 import patterndb
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import weld_fills
-from patterndb_sketch.retopo.tracing import Surface
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.script import play_script, read_script
 from pathlib import Path
 
 mesh = trimesh.creation.icosphere(subdivisions=4)
 with patterndb.open() as source:
-    editor = Editor(Surface.from_arrays(mesh.vertices, mesh.faces).orient(), source)
+    editor = Retopology(Surface.from_arrays(mesh.vertices, mesh.faces).orient(), source)
     list(play_script(read_script(Path(sys.argv[1])), editor, lambda name, found: None))
     made = weld_fills(editor.fill())
 print(hashlib.sha256(made.vertices.tobytes() + made.quads.tobytes()).hexdigest())
@@ -206,7 +206,7 @@ def test_the_same_script_gives_the_same_mesh_whatever_the_threads(
     path = tmp_path / "ball.jsonl"
     # Without the line to flow along, whose fills take their time.
     path.write_text("\n".join(BALL[:-1]))
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     list(play_script(read_script(path), editor, lambda name, found: None))
     mesh = weld_fills(editor.fill())
     here = hashlib.sha256(mesh.vertices.tobytes() + mesh.quads.tobytes()).hexdigest()

@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.editor import Editor, State
+from patterndb_sketch.retopo.editor import Retopology, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Filling
 from patterndb_sketch.retopo.network import Network, set_choice
@@ -101,9 +101,9 @@ def test_a_session_goes_on_as_if_never_closed(
     session: RetopoSession, source: PatternSource
 ) -> None:
     """The same calls and fills on what was read and on what was written."""
-    editors: list[Editor] = []
+    editors: list[Retopology] = []
     for one in (session, RETOPO_SESSION.decode(RETOPO_SESSION.encode(session))):
-        editor = Editor(one.surface, source)
+        editor = Retopology(one.surface, source)
         editor.restore(one.state)
         do(editor, "stroke", points=line((0.5, -1), (0.5, 1)))
         do(editor, "erase", at=[1, 1.5, 0])

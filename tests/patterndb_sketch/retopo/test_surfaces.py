@@ -12,7 +12,7 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh
 from patterndb_sketch.retopo.network import check_network
@@ -44,7 +44,7 @@ def played() -> tuple[Surface, FilledNetwork]:
     script = read_script(SCRIPTS / f"{NAME}.jsonl")
     surface = Surface.from_polygons(read_mesh(SURFACES / Path(script.surface).name)).orient()
     with patterndb.open() as database:
-        editor = Editor(surface, database)
+        editor = Retopology(surface, database)
         for line, outcome in play_script(script, editor, lambda *_: None):
             assert outcome.refused is None, line
         return surface, editor.fill()
@@ -110,7 +110,7 @@ def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> No
     script = read_script(SCRIPTS / f"{name}.jsonl")
     surface = Surface.from_polygons(read_mesh(SURFACES / Path(script.surface).name)).orient()
     with patterndb.open() as database:
-        editor = Editor(surface, database)
+        editor = Retopology(surface, database)
         for line, outcome in play_script(script, editor, lambda *_: None):
             assert outcome.refused is None, line
         found = editor.fill()
@@ -125,7 +125,7 @@ def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
     script = read_script(SCRIPTS / "boot.jsonl")
     surface = Surface.from_polygons(read_mesh(SURFACES / "boot.obj")).orient()
     with patterndb.open() as database:
-        editor = Editor(surface, database)
+        editor = Retopology(surface, database)
         for line in script.lines:
             # Filled once, at the end: a benchmark plays it with fills after every call.
             assert editor.do(line.call).refused is None, line

@@ -58,7 +58,7 @@ def make_explorer(
 
 def make_retopo(settings: ShellSettings, folder: Path, surface: Any = None) -> ShellWindow:
     """Make the window of retopology, on a flat sheet unless another surface is given."""
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
     from patterndb_sketch.retopo.script import Script
     from tests.support.viewer.sheets import sheet
     from viewer.retopo.docks import RetopoWindow
@@ -66,7 +66,7 @@ def make_retopo(settings: ShellSettings, folder: Path, surface: Any = None) -> S
     from viewer.retopo.window import RetopoSaver, RetopoWriter
 
     files = RetopoWriter(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
-    state = RetopoState(Editor(sheet() if surface is None else surface, starter()), files=files)
+    state = RetopoState(Retopology(sheet() if surface is None else surface, starter()), files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)
 
@@ -132,12 +132,12 @@ SOON = 0.1
 
 def keep_retopo(folder: Path) -> None:
     """Show the window of retopology as the command line does, until it is closed."""
-    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.editor import Retopology
     from tests.support.viewer.sheets import sheet
     from viewer.retopo import window
 
     window.autosave_session = partial(window.autosave_session, every=SOON)
-    window.show(Editor(sheet(), starter()), title="sheet.obj", keys="3", folder=folder)
+    window.show(Retopology(sheet(), starter()), title="sheet.obj", keys="3", folder=folder)
 
 
 def keep_soon() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb_sketch.retopo.editor import Call, Editor, Outcome
+from patterndb_sketch.retopo.editor import Call, Outcome, Retopology
 from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
@@ -15,7 +15,7 @@ from tests.support.retopo.networks import plane, sphere
 SIZES = Sizes(snap=0.1, spine=0.5, autocompletion=0.5, brush=0.5, edge=0.25, sampling=0.02)
 
 
-def do(editor: Editor, tool: str, **arguments: object) -> Outcome:
+def do(editor: Retopology, tool: str, **arguments: object) -> Outcome:
     """A call that must do something, and leave a sound network."""
     outcome = editor.do(Call(tool, arguments))
     assert outcome.refused is None, outcome
@@ -28,9 +28,9 @@ def line(*points: tuple[float, float]) -> list[list[float]]:
     return [[x, y, 0.0] for x, y in points]
 
 
-def drawn_grid(source: PatternSource, n: int = 3) -> Editor:
+def drawn_grid(source: PatternSource, n: int = 3) -> Retopology:
     """An editor on the plane with n x n square patches from (0, 0) on."""
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     for k in range(n + 1):
         do(editor, "stroke", points=line((k, 0), (k, n)))
     for k in range(n + 1):
@@ -40,9 +40,9 @@ def drawn_grid(source: PatternSource, n: int = 3) -> Editor:
     return editor
 
 
-def drawn_octants(source: PatternSource) -> Editor:
+def drawn_octants(source: PatternSource) -> Retopology:
     """An editor on the unit sphere, cut by three planes into eight patches of three sides."""
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for at, normal in (
         ([1.0, 0.02, 0.0], [0.0, 0.0, 1.0]),
         ([0.0, 1.0, 0.02], [1.0, 0.0, 0.0]),

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from query.engine import PatternSource
 from tests.support.viewer.sayings import read_sheet
 from viewer.facts import FactSheet
@@ -68,7 +68,7 @@ def cells(n: int, m: int) -> np.ndarray:
 
 def opened(source: PatternSource, surface: Surface | None = None) -> RetopoState:
     """A state on the sheet, seen from above, or on another surface."""
-    state = RetopoState(Editor(sheet() if surface is None else surface, source))
+    state = RetopoState(Retopology(sheet() if surface is None else surface, source))
     texts(state)
     if surface is None:
         keys(state, "3")

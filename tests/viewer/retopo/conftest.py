@@ -7,7 +7,7 @@ from threading import Event
 
 import pytest
 
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.network import check_network
 from query.engine import PatternSource
@@ -30,14 +30,14 @@ def held_fill(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], tuple[Ev
     going = Event()
 
     def hold() -> tuple[Event, Event]:
-        begun, fill = Event(), Editor.fill
+        begun, fill = Event(), Retopology.fill
 
-        def waiting(self: Editor) -> FilledNetwork:
+        def waiting(self: Retopology) -> FilledNetwork:
             begun.set()
             assert going.wait(60.0)
             return fill(self)
 
-        monkeypatch.setattr(Editor, "fill", waiting)
+        monkeypatch.setattr(Retopology, "fill", waiting)
         return begun, going
 
     yield hold

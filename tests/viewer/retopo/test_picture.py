@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import weld_fills
 from query.engine import PatternSource
 from tests.support.viewer.events import read
@@ -143,7 +143,7 @@ def test_numbers_of_edges_are_written_in_the_mode_of_counts(state: RetopoState) 
 
 
 def test_a_picture_of_several_sides_has_each_of_them(tmp_path: Path, source: PatternSource) -> None:
-    editor = Editor(sheet(), source)
+    editor = Retopology(sheet(), source)
     for k in range(4):
         line = [[*SQUARE[k - 1], 0.0], [*SQUARE[k], 0.0]]
         editor.do(Call("stroke", {"points": line}))
@@ -184,7 +184,7 @@ def test_sides_are_at_right_angles_and_home_is_nearest_to_the_front(upright: str
 def test_an_off_screen_picture_is_the_same_every_time(
     tmp_path: Path, source: PatternSource
 ) -> None:
-    editor = Editor(sheet(), source)
+    editor = Retopology(sheet(), source)
     for k in range(4):
         line = [[*SQUARE[k - 1], 0.0], [*SQUARE[k], 0.0]]
         editor.do(Call("stroke", {"points": line}))

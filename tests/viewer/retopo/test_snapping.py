@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.table import TOOLS
@@ -96,7 +96,7 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
     keys(state, "v")
     assert state.editing.calls is not None and len(state.editing.calls) >= 7
     assert sum("snap" in call.arguments for call in state.editing.calls) >= 3
-    again = Editor(sheet(), source)
+    again = Retopology(sheet(), source)
     for call in state.editing.calls:
         assert again.do(call).changed
         again.fill()
@@ -107,8 +107,8 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
 
 @pytest.mark.parametrize("factor", [0.3, 1.0, 2.5])
 def test_a_call_s_radius_is_that_of_sizes_for_once(source: PatternSource, factor: float) -> None:
-    def drawn(*, told: bool) -> Editor:
-        editor = Editor(sheet(), source)
+    def drawn(*, told: bool) -> Retopology:
+        editor = Retopology(sheet(), source)
         snap = factor * editor.sizes.snap
         if not told:
             editor.do(Call("sizes", {"snap": snap}))
@@ -121,11 +121,11 @@ def test_a_call_s_radius_is_that_of_sizes_for_once(source: PatternSource, factor
 
     one, other = drawn(told=True), drawn(told=False)
     assert are_equal(one.network, other.network)
-    assert one.sizes == Editor(sheet(), source).sizes != other.sizes or factor == 1.0
+    assert one.sizes == Retopology(sheet(), source).sizes != other.sizes or factor == 1.0
 
 
 def test_a_radius_out_of_proportion_is_an_error(source: PatternSource) -> None:
-    editor = Editor(sheet(), source)
+    editor = Retopology(sheet(), source)
     line = {"points": [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
     with pytest.raises(ValueError, match="stroke: snap is 1e-11; on this surface give"):
         editor.do(Call("stroke", line | {"snap": 1e-11}))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
@@ -50,7 +50,7 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     assert (tmp_path / "quads-1.obj").read_text() == f"{quads} quads"
     script = read_script(tmp_path / "retopo-1.jsonl")
     assert script.surface == "sheet.obj"
-    again = Editor(sheet(), source)
+    again = Retopology(sheet(), source)
     assert len(list(play_script(script, again, lambda _path, _found: None))) == 4
     assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert read(tmp_path / "retopo-1.png").shape[:2] == (SIZE[1], SIZE[0])
@@ -135,7 +135,7 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
         "viewer.retopo.window.autosave_session",
         lambda *a, **k: autosave_session(*a, **(k | {"every": 0.0})),
     )
-    editor, script = Editor(sheet(), source), tmp_path / "done.jsonl"
+    editor, script = Retopology(sheet(), source), tmp_path / "done.jsonl"
     show(
         editor,
         title="sheet",
@@ -148,12 +148,12 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
     assert [line.call.tool for line in read_script(script).lines] == ["stroke"] * 4
     script.unlink()
     # A window that is closed has asked what to do with the work: then nothing is left of it.
-    show(Editor(sheet(), source), folder=tmp_path)
+    show(Retopology(sheet(), source), folder=tmp_path)
     assert not list(tmp_path.iterdir())
     for failure in (KeyboardInterrupt(), ZeroDivisionError()):
         failures.append(failure)
         with pytest.raises(type(failure)):
-            show(Editor(sheet(), source), folder=tmp_path)
+            show(Retopology(sheet(), source), folder=tmp_path)
         (kept,) = tmp_path.iterdir()
         assert kept.suffix == ".recovery", "only an end that was asked for takes it away"
         assert len(RETOPO_SESSION.read(kept).state.network.chains) == 5, (
@@ -165,11 +165,11 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
         show(editor, keys="zz")
 
 
-def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Path, Editor]:
+def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Path, Retopology]:
     """What a window left that was killed after a square was drawn, and its editor."""
     state = opened(source)
     square(state)
-    editor, now = Editor(sheet(), source), state.shown.state
+    editor, now = Retopology(sheet(), source), state.shown.state
     state.close()
     path = folder / f"{name}.999999999-abc.recovery"
     RETOPO_SESSION.write(path, RetopoSession(sheet(), now, "sheet.obj"))

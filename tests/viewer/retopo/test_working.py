@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.choice import Choice
 from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, rank_fills
@@ -67,7 +67,7 @@ def test_the_script_of_a_session_gives_the_same_mesh(
     hover(state, (0.0, 0.0))
     keys(state, "n")
     assert state.editing.calls is not None
-    again = Editor(sheet(), source)
+    again = Retopology(sheet(), source)
     for call in state.editing.calls:
         assert again.do(call).changed
         again.fill()
@@ -131,16 +131,16 @@ def test_while_quads_are_made_all_else_goes_on(
 def test_what_goes_wrong_in_a_thread_is_not_lost(
     state: RetopoState, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def broken(self: Editor) -> object:
+    def broken(self: Retopology) -> object:
         raise ZeroDivisionError("a fault")
 
-    monkeypatch.setattr(Editor, "fill", broken)
+    monkeypatch.setattr(Retopology, "fill", broken)
     with pytest.raises(ZeroDivisionError, match="a fault"):
         drag(state, (-1.0, 0.0), (1.0, 0.0))
 
 
 def test_a_session_that_has_patches_gets_its_quads(source: PatternSource) -> None:
-    editor = Editor(sheet(), source)
+    editor = Retopology(sheet(), source)
     for k in range(4):
         line = [[*SQUARE[k - 1], 0.0], [*SQUARE[k], 0.0]]
         assert editor.do(Call("stroke", {"points": line})).changed
@@ -160,13 +160,13 @@ def test_escape_stops_a_long_fill(state: RetopoState, monkeypatch: pytest.Monkey
     before, undoable = state.shown.state, state.shown.undoable
     begun = threading.Event()
 
-    def fill_for_ever(_editor: Editor) -> FilledNetwork:
+    def fill_for_ever(_editor: Retopology) -> FilledNetwork:
         while True:
             begun.set()
             time.sleep(0.002)
 
     with monkeypatch.context() as slow:
-        slow.setattr(Editor, "fill", fill_for_ever)
+        slow.setattr(Retopology, "fill", fill_for_ever)
         state.editing.do("subdivide", at=[0.0, -1.5, 0.0], by=1)
         assert begun.wait(60.0)
         state.poll()

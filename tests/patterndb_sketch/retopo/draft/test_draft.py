@@ -36,7 +36,7 @@ from patterndb_sketch.retopo.draft.tracing import (
     start_at_vertices,
     trace_lines,
 )
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
@@ -196,8 +196,10 @@ def test_every_singularity_has_its_directions_and_every_trace_ends(
             np.testing.assert_allclose(ends[mine[-1]], there, atol=1e-6)
 
 
-def drafted(surface: Surface, source: PatternSource, **arguments: object) -> tuple[Editor, Report]:
-    editor = Editor(surface, source)
+def drafted(
+    surface: Surface, source: PatternSource, **arguments: object
+) -> tuple[Retopology, Report]:
+    editor = Retopology(surface, source)
     outcome = do(editor, "draft", **arguments)
     assert outcome.changed and outcome.notes
     found = editor.fill()
@@ -253,7 +255,7 @@ def test_a_finer_edge_makes_more_quads(source: PatternSource) -> None:
 
 def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) -> None:
     def refused(surface: Surface, **arguments: object) -> str:
-        editor = Editor(surface, source)
+        editor = Retopology(surface, source)
         before = editor.state
         outcome = editor.do(Call("draft", arguments))
         assert outcome.refused is not None and editor.state is before
@@ -264,7 +266,7 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     # An edge of the lengths that it names is not.
     low, high = re.findall(r"from (\S+) to (\S+)$", said)[0]
     surface = sphere()
-    work = Editor(surface, source)
+    work = Retopology(surface, source)
     for edge in (float(low), float(high)):
         wish = {"edge": edge, "quads": None, "sharp": "none", "strict": False}
         draft._read_goal(work, wish)  # type: ignore[arg-type]
@@ -319,7 +321,7 @@ def test_fans_are_told_apart_however_triangles_are_turned(seed: int) -> None:
 
 
 def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: PatternSource) -> None:
-    editor = Editor(touching_balls(0), source)
+    editor = Retopology(touching_balls(0), source)
     outcome = do(editor, "draft", edge=0.4)
     assert any("touch in a vertex at (1, " in note for note in outcome.notes)
     found = editor.fill()
@@ -340,7 +342,7 @@ def test_halves_that_are_unsound_where_parts_touch_give_way_to_the_whole(
         return fill(work, made)
 
     monkeypatch.setattr(draft, "_fill_touching", refuse_halves)
-    editor = Editor(touching_balls(0), source)
+    editor = Retopology(touching_balls(0), source)
     outcome = do(editor, "draft", edge=0.4)
     assert asked == [True, False] and editor.state.plane is None
     assert any("not by halves" in note and "(1, 0, 0)" in note for note in outcome.notes)
@@ -412,7 +414,7 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
     monkeypatch.setattr(proposing, "fill_network", fail)
     lace = ring(1.0, 0.04)
     wish = {"edge": 0.15, "symmetry": False, "strict": True}
-    outcome = Editor(lace, source).do(Call("draft", wish))
+    outcome = Retopology(lace, source).do(Call("draft", wish))
     assert outcome.refused is not None
     wanted = r"a handle .* is ([\d.]+) around at \((.*?)\), .*an edge of ([\d.]+)"
     found = re.search(wanted, outcome.refused)
@@ -422,7 +424,7 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
     assert np.hypot(x, y) == pytest.approx(1.0, abs=0.05) and abs(z) < 0.05
     # With the edge that it names it is not refused so any more.
     with pytest.raises(AssertionError, match="it was filled"):
-        Editor(lace, source).do(Call("draft", {"edge": float(found[3]), "symmetry": False}))
+        Retopology(lace, source).do(Call("draft", {"edge": float(found[3]), "symmetry": False}))
 
 
 def boxes_at_an_edge(apart: bool) -> Surface:
@@ -462,7 +464,7 @@ def test_sheets_that_share_an_edge_are_parted_there(apart: bool) -> None:
 
 
 def test_boxes_that_share_an_edge_are_drafted_closed(source: PatternSource) -> None:
-    editor = Editor(boxes_at_an_edge(apart=True), source)
+    editor = Retopology(boxes_at_an_edge(apart=True), source)
     outcome = do(editor, "draft", edge=0.25)
     assert any("touch in" in note for note in outcome.notes)
     found = editor.fill()
@@ -507,7 +509,7 @@ def test_where_an_edge_will_not_do_others_are_taken_or_the_place_is_named(
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     outcome = editor.do(Call("draft", {"edge": 0.3, "symmetry": False, "strict": strict}))
     np.testing.assert_allclose(tried, [0.3, 0.225, 0.39])
     if mended:
@@ -575,7 +577,7 @@ def test_an_unsound_part_ends_the_draft_of_all(
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     outcome = editor.do(Call("draft", {"edge": 0.6, "symmetry": False, "strict": True}))
     assert outcome.refused is not None and "a flipped quad at (1, 2, 3)" in outcome.refused
     # The first part, by its three edges; the others never.
@@ -698,7 +700,7 @@ def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -
     fin = np.array([[0.0, -0.4, 1.2], [0.0, 0.4, 1.2], [0.0, 0.4, 1.8], [0.0, -0.4, 1.8]])
     n = len(ball.vertices)
     faces = np.concatenate([ball.faces, [[n, n + 1, n + 2], [n, n + 2, n + 3]]])
-    editor = Editor(
+    editor = Retopology(
         Surface.from_arrays(np.concatenate([ball.vertices, fin]), faces).orient(), source
     )
     notes = do(editor, "draft", edge=0.3).notes

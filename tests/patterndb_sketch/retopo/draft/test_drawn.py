@@ -10,7 +10,7 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
@@ -50,7 +50,7 @@ def corners_of(network: Network, patch: int) -> set[bytes]:
     return {network.nodes[node].point.tobytes() for node in nodes}
 
 
-def measure(editor: Editor) -> Report:
+def measure(editor: Retopology) -> Report:
     found = editor.fill()
     return report_mesh(found, editor.surface, editor.mesh(found))
 
@@ -59,7 +59,7 @@ def measure(editor: Editor) -> Report:
 def test_what_is_drawn_stays_and_the_rest_is_filled(
     calls: list[Call], source: PatternSource
 ) -> None:
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for call in calls:
         assert editor.do(call).changed
         editor.fill()
@@ -86,7 +86,7 @@ def test_what_is_drawn_stays_and_the_rest_is_filled(
 
 def test_patches_whose_borders_are_cut_are_not_fitted(source: PatternSource) -> None:
     """Lines end on their borders, so that they have other ids; their quads stay as placed."""
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for call in (LOOP, LOWER, RING):
         assert editor.do(call).changed
     editor.fill()
@@ -103,7 +103,7 @@ def test_patches_whose_borders_are_cut_are_not_fitted(source: PatternSource) -> 
 
 def test_quads_have_edges_along_a_stroke_from_end_to_end(source: PatternSource) -> None:
     """What is drawn is a line of edges of the mesh, not one that quads lie across."""
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     do(editor, "stroke", **STROKE.arguments)
     line = polyline(editor.network)
     do(editor, "draft", edge=EDGE)
@@ -123,7 +123,7 @@ def test_quads_have_edges_along_a_stroke_from_end_to_end(source: PatternSource) 
 @pytest.mark.parametrize("seed", range(6))
 def test_any_drawing_is_drafted_around_or_refused(seed: int, source: PatternSource) -> None:
     rng = np.random.default_rng(seed)
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for _ in range(int(rng.integers(1, 4))):
         ahead = rng.normal(size=(3, 3))
         ahead /= np.linalg.norm(ahead, axis=1)[:, None]
@@ -151,7 +151,7 @@ def test_any_drawing_is_drafted_around_or_refused(seed: int, source: PatternSour
 
 
 def test_patches_all_over_leave_nothing_to_draft(source: PatternSource) -> None:
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for call in (LOOP, LOWER, Call("cylinder", {**RING.arguments, "caps": "always"})):
         assert editor.do(call).changed
     outcome = editor.do(Call("draft", {"edge": EDGE}))
@@ -180,7 +180,7 @@ def cut(network: Network, surface: Surface, edge: float) -> TangentFrames:
 def test_a_mesh_that_is_cut_has_the_curves_as_its_borders(
     calls: list[Call], euler: int, parts: int, source: PatternSource
 ) -> None:
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for call in calls:
         assert editor.do(call).changed
     mesh = cut(editor.network, editor.surface, 0.4 * EDGE)
@@ -210,7 +210,7 @@ def test_a_mesh_that_is_cut_has_the_curves_as_its_borders(
 def test_curves_too_close_for_the_edge_are_refused_with_their_place(
     source: PatternSource,
 ) -> None:
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for x in np.linspace(0.0, 0.05, 6):
         line = [[1.0, x, -0.3], [1.0, x, 0.0], [1.0, x, 0.3]]
         assert editor.do(Call("stroke", {"points": line, "snap": 0.002})).changed

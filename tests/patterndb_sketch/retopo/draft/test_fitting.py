@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.draft.layout import draft_network
 from patterndb_sketch.retopo.draft.proposing import SETTINGS
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.task import REMESHED
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
     divide_chain,
@@ -133,7 +133,7 @@ def test_no_point_of_a_surface_is_far_from_its_samples(seed: int, spacing: float
 
 
 def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
-    editor = Editor(horned(), source)
+    editor = Retopology(horned(), source)
     outcome = do(editor, "draft")
     found = editor.fill()
     half = editor.half
@@ -164,7 +164,7 @@ def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
 @pytest.mark.parametrize("bent", [0.0, 1.0])
 def test_a_surface_with_horns_is_drafted_to_their_tips(bent: float, source: PatternSource) -> None:
     surface = horned(bent)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     do(editor, "draft", symmetry=False)
     made = report_mesh(editor.fill(), surface)
     assert made.flipped == made.open_edges == made.tangled == 0 and made.euler == 2
@@ -173,7 +173,7 @@ def test_a_surface_with_horns_is_drafted_to_their_tips(bent: float, source: Patt
 
 def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSource) -> None:
     surface = horned()
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     do(editor, "symmetry", point=[0.0, 0.0, 0.0], normal=[1.0, 0.0, 0.0])
     outcome = do(editor, "draft")
     quads = len(editor.mesh(editor.fill()).quads)
@@ -185,7 +185,7 @@ def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSourc
 @pytest.mark.parametrize("symmetry", [True, False])
 def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSource) -> None:
     surface = horned(0.0 if symmetry else 0.5)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     do(editor, "draft", symmetry=symmetry)
     edge = editor.sizes.edge
     assert all(chain.laid != chain.marked for chain in editor.network.chains.values())
@@ -204,7 +204,7 @@ def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSour
 
 def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> None:
     surface = horned(0.5)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     do(editor, "draft", symmetry=False)
     before, placed = editor.network, editor.fill().placed
     chain = max(before.chains.values(), key=lambda one: one.count)
@@ -223,7 +223,7 @@ def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> 
 
 def test_a_curve_that_the_user_moves_is_no_longer_moved_by_fitting(source: PatternSource) -> None:
     surface = horned(0.5)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     do(editor, "draft", symmetry=False)
     chain = max(editor.network.chains.values(), key=lambda one: one.length)
     at = chain.points[len(chain.points) // 2]

@@ -34,7 +34,7 @@ from patterndb_sketch.retopo.draft.sharpedges import (
 )
 from patterndb_sketch.retopo.draft.task import DraftGoal, DraftTask
 from patterndb_sketch.retopo.draft.walls import Walls
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
@@ -260,7 +260,7 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(
     symmetry: bool, source: PatternSource
 ) -> None:
     surface = box()
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     outcome = editor.do(Call("draft", {"quads": 300, "symmetry": symmetry}))
     assert outcome.changed, outcome.refused
     assert (editor.state.plane is not None) == symmetry
@@ -281,7 +281,7 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(
     if symmetry:
         return
     # Without them, corners are rounded off.
-    rounded = Editor(surface, source)
+    rounded = Retopology(surface, source)
     rounded.do(Call("draft", {"quads": 300, "symmetry": False, "sharp": "none"}))
     there = weld_fills(rounded.fill()).vertices
     off = [np.linalg.norm(there - surface.vertices[v], axis=1).min() for v in corners]
@@ -305,7 +305,7 @@ def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
         return propose(task, *more)
 
     monkeypatch.setattr(byparts, "propose_draft", refuse_first)
-    editor = Editor(Surface.from_arrays(points, triangles).orient(), source)
+    editor = Retopology(Surface.from_arrays(points, triangles).orient(), source)
     outcome = editor.do(Call("draft", {"quads": 400, "symmetry": False, "strict": strict}))
     if refused == "all" and strict:
         assert outcome.refused == "no draft: not at (1, 2, 3)" and not editor.network.chains
@@ -342,7 +342,7 @@ def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
         return replace(made, rank=(0, 0, 1, off, *made.rank[WRONG:]), flaws=("a flaw",))
 
     monkeypatch.setattr(byparts, "propose_draft", spoil)
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     outcome = editor.do(Call("draft", {"quads": 200, "symmetry": False, "strict": strict}))
     assert outcome.changed
     at = editor.mesh(editor.fill()).vertices
@@ -368,7 +368,7 @@ def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_
         return replace(one, made=replace(one.made, poor=np.full((n, 3), 7.0)))
 
     monkeypatch.setattr(draft, "propose_by_parts", spoil)
-    editor = Editor(box(), source)
+    editor = Retopology(box(), source)
     outcome = editor.do(Call("draft", {"quads": 200}))
     assert outcome.changed and halves == ([True] if poor == "none" else [True, False])
     assert (editor.state.plane is None) == (poor == "half")
@@ -397,7 +397,7 @@ def test_single_quads_between_corners_are_held_where_they_are(source: PatternSou
 
 def test_what_is_open_or_tangled_is_a_flaw_with_its_place(source: PatternSource) -> None:
     surface = box()
-    editor = Editor(surface, source)
+    editor = Retopology(surface, source)
     editor.do(Call("draft", {"quads": 200, "symmetry": False}))
     found = editor.fill()
     judge = DraftJudge(surface, None)
@@ -424,7 +424,7 @@ def test_limits_that_are_named_are_within_what_they_limit(number: float, digits:
 @pytest.mark.parametrize("sharp", ["blunt", 0.0, 180.0, True, [1]])
 def test_what_is_no_angle_is_refused(sharp: object, source: PatternSource) -> None:
     with pytest.raises(InvalidRetopoError, match='"auto", "none", or a number from 1'):
-        Editor(box(1), source).do(Call("draft", {"sharp": sharp}))
+        Retopology(box(1), source).do(Call("draft", {"sharp": sharp}))
 
 
 def test_a_thin_ring_keeps_its_creases_and_every_patch_has_quads(source: PatternSource) -> None:

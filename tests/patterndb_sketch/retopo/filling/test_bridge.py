@@ -9,7 +9,7 @@ from itertools import islice, pairwise
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import Choice, filling_of, place_fill, rank_fills
 from patterndb_sketch.retopo.filling.report import report_mesh
 from patterndb_sketch.retopo.network import Network, Patch, check_network, set_choice
@@ -30,11 +30,11 @@ def arch(begin: float, end: float, n: int = 30) -> list[list[float]]:
 
 
 @cache
-def drawn(source: PatternSource) -> Editor:
+def drawn(source: PatternSource) -> Retopology:
     """Rings of four curves along the handle, and around each foot a ring on the sheet."""
     surface = bridge()
     sizes = replace(Sizes.of(surface.diagonal), edge=EDGE, snap=0.002, sampling=0.0005)
-    editor = Editor(surface, source, sizes)
+    editor = Retopology(surface, source, sizes)
 
     def do(tool: str, **arguments: object) -> None:
         outcome = editor.do(Call(tool, arguments))

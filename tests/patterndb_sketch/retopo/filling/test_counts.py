@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
     change_counts,
@@ -119,7 +119,7 @@ def test_counts_below_one_and_unknown_chains_are_refused(grid: Network) -> None:
 
 
 def test_a_curve_of_no_patch_is_counted_too(source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     do(editor, "stroke", points=line((0, 0), (1, 0)))
     do(editor, "subdivide", at=[0.5, 0, 0], count=7)
     assert editor.network.chains[chain_at(editor.network, 0.5, 0)].count == 7

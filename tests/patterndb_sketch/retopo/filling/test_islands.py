@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.quadimport import import_quads, refuse_losses
@@ -16,13 +16,13 @@ from tests.support.retopo.networks import plane
 Sheet = tuple[range, range]
 
 
-def square(editor: Editor, low: float, high: float) -> None:
+def square(editor: Retopology, low: float, high: float) -> None:
     corners = [(low, low), (high, low), (high, high), (low, high)]
     for k in range(4):
         do(editor, "stroke", points=line(corners[k - 1], corners[k]))
 
 
-def covered(editor: Editor) -> float:
+def covered(editor: Retopology) -> float:
     """The area of all quads; all lie on the plane."""
     mesh = weld_fills(editor.fill())
     corner = mesh.vertices[mesh.quads]
@@ -34,7 +34,7 @@ def covered(editor: Editor) -> float:
 
 
 def test_a_patch_has_no_quads_while_others_float_within_it(source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     square(editor, -2.0, 2.0)
     assert covered(editor) == pytest.approx(16.0)
     square(editor, -1.0, 1.0)
@@ -52,7 +52,7 @@ def test_a_patch_has_no_quads_while_others_float_within_it(source: PatternSource
 
 
 def test_patches_within_patches_within_patches(source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     for half in (0.5, 1.5, 2.5):
         square(editor, -half, half)
     assert covered(editor) == pytest.approx(1.0)
@@ -63,7 +63,7 @@ def test_patches_within_patches_within_patches(source: PatternSource) -> None:
 
 
 def test_a_curve_that_closes_nothing_is_no_island(source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     square(editor, -2.0, 2.0)
     do(editor, "stroke", points=line((-1, 0), (1, 0)))
     assert covered(editor) == pytest.approx(16.0)
@@ -115,7 +115,7 @@ def test_a_mesh_whose_parts_touch_along_borders_loses_no_quad(
 ) -> None:
     """Borders in one place, whose vertices are not merged: neither part lies within the other."""
     points, quads = join_sheets(sheets, without)
-    editor = Editor.of_quads(import_quads(points, quads), source)
+    editor = Retopology.of_quads(import_quads(points, quads), source)
     # As a command fills it, from the network alone.
     editor.restore(editor.state)
     found = editor.fill()
@@ -130,7 +130,7 @@ def test_a_mesh_whose_parts_touch_along_borders_loses_no_quad(
 
 def test_parts_that_touch_stay_apart_where_one_is_filled_otherwise(source: PatternSource) -> None:
     points, quads = join_sheets([(range(8), range(3)), (range(4, 8), range(3, 9))])
-    editor = Editor.of_quads(import_quads(points, quads), source)
+    editor = Retopology.of_quads(import_quads(points, quads), source)
     do(editor, "insertloop", at=[2.5, 0.0, 0.0])
     found = editor.fill()
     assert not any("lies within it" in note for note in found.notes)
@@ -141,7 +141,7 @@ def test_quads_that_were_given_are_not_lost_in_silence(source: PatternSource) ->
     """Curves drawn within a patch that was given take its quads: what would be written lacks
     them."""
     points, quads = join_sheets([(range(10), range(10))])
-    editor = Editor.of_quads(import_quads(points, quads), source)
+    editor = Retopology.of_quads(import_quads(points, quads), source)
     refuse_losses(editor.fill())
     for a, b in (((3, 3), (7, 3)), ((7, 3), (7, 7)), ((7, 7), (3, 7)), ((3, 7), (3, 3))):
         do(editor, "stroke", points=line(a, b))

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import PlacedCache, divide_chain, fill_network, filling_of
 from patterndb_sketch.retopo.filling.location import find_patch
@@ -70,7 +70,7 @@ def test_inside_is_laplace_on_the_plane(source: PatternSource) -> None:
 
 
 def test_a_cap_of_eight_by_eight_lies_on_the_sphere(source: PatternSource) -> None:
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     do(editor, "loop", at=[1, 0, 0.2], normal=[0, 0, 1])
     for k in range(4):
         turn = np.pi / 4 + k * np.pi / 2

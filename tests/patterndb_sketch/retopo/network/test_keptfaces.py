@@ -15,7 +15,7 @@ import patterndb
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import find_open_edges, weld_fills
 from patterndb_sketch.retopo.filling.report import report_mesh
@@ -183,10 +183,10 @@ def test_every_tool_leaves_given_faces_as_they_are(source: Database) -> None:
     rng = np.random.default_rng(3)
     middles = np.array([points[list(face)].mean(axis=0) for face in others])
     refused = changed = 0
-    editor = Editor.of_quads(found, source)
+    editor = Retopology.of_quads(found, source)
     for step in range(160):
         if step % 20 == 0:
-            editor = Editor.of_quads(found, source)
+            editor = Retopology.of_quads(found, source)
         centre = middles[rng.integers(len(middles))]
         places = (centre + rng.normal(size=(4, 3)) * rng.choice([0.05, 0.25])).tolist()
         at, to = places[:2]
@@ -236,7 +236,7 @@ def faces_of_kept(vertices: Points, faces: Sequence[Sequence[int]], points: Poin
 
 def test_a_patch_beside_a_given_face_is_counted_anew_and_stays_joined(source: Database) -> None:
     points, quads, others = split_quads(refined(*cube(2), 1), [0])
-    editor = Editor.of_quads(import_quads(points, quads, others=others), source)
+    editor = Retopology.of_quads(import_quads(points, quads, others=others), source)
     outcome = editor.do(Call("recount", {"edge": 0.1}))
     assert outcome.changed
     filled = editor.fill()
@@ -264,7 +264,7 @@ def test_what_would_change_a_given_face_is_refused(
     mesh = cube(1)
     top = int(np.flatnonzero((mesh[0][mesh[1]][:, :, 2] == 1.0).all(axis=1))[0])
     points, quads, others = split_quads(mesh, [top])
-    editor = Editor.of_quads(import_quads(points, quads, others=others), source)
+    editor = Retopology.of_quads(import_quads(points, quads, others=others), source)
     before = editor.state
     outcome = editor.do(call)
     assert message in (outcome.refused or "")
@@ -274,11 +274,11 @@ def test_what_would_change_a_given_face_is_refused(
 def test_given_faces_are_in_sessions() -> None:
     points, quads, others = split_quads(cube(2), [3, 4])
     with patterndb.open() as database:
-        editor = Editor.of_quads(import_quads(points, quads, others=others), database)
+        editor = Retopology.of_quads(import_quads(points, quads, others=others), database)
         session = RetopoSession(editor.surface, editor.state, "cube")
         again = RETOPO_SESSION.decode(RETOPO_SESSION.encode(session))
         assert again.state.same(editor.state)
-        loaded = Editor(again.surface, database)
+        loaded = Retopology(again.surface, database)
         loaded.restore(again.state)
         made = loaded.mesh(loaded.fill())
     assert faces_of(made.vertices, made.kept, points) == sorted(map(turn_first, others))

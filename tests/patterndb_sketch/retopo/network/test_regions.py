@@ -10,7 +10,7 @@ import trimesh
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.sizes import Sizes
@@ -67,13 +67,13 @@ def sleeve(open_end: bool) -> Surface:
     return Surface.from_arrays(points, rows).orient()
 
 
-def draw_square(editor: Editor, half: float) -> None:
+def draw_square(editor: Retopology, half: float) -> None:
     corners = [(-half, -half), (half, -half), (half, half), (-half, half)]
     for k in range(4):
         do(editor, "stroke", points=line(corners[k - 1], corners[k]))
 
 
-def measure_area(editor: Editor) -> float:
+def measure_area(editor: Retopology) -> float:
     """The area of all quads, on a plane."""
     mesh = weld_fills(editor.fill())
     corner = mesh.vertices[mesh.quads]
@@ -98,7 +98,7 @@ def test_strokes_around_a_hole_of_the_surface_get_no_quads(
 ) -> None:
     """However large the triangles are: at 2.3 the strokes cross those at the hole's border."""
     surface = plate(k)
-    editor = Editor(surface, source, sizes_of(surface))
+    editor = Retopology(surface, source, sizes_of(surface))
     draw_square(editor, half)
     found = editor.fill()
     assert not found.placed
@@ -113,7 +113,7 @@ def test_strokes_around_a_hole_of_the_surface_get_no_quads(
 
 def test_a_patch_beside_a_hole_is_filled(source: PatternSource) -> None:
     surface = plate(10)
-    editor = Editor(surface, source, sizes_of(surface))
+    editor = Retopology(surface, source, sizes_of(surface))
     for a, b in (((2, 1), (4, 1)), ((4, 1), (4, -1)), ((4, -1), (2, -1))):
         do(editor, "stroke", points=line(a, b))
     assert measure_area(editor) == pytest.approx(4.0)
@@ -121,7 +121,7 @@ def test_a_patch_beside_a_hole_is_filled(source: PatternSource) -> None:
 
 def test_a_hole_cannot_be_made_a_patch(source: PatternSource) -> None:
     surface = plate(10)
-    editor = Editor(surface, source, sizes_of(surface))
+    editor = Retopology(surface, source, sizes_of(surface))
     draw_square(editor, 3.0)
     assert editor.do(Call("patch", {"at": [2.9, 0, 0], "off": True})).changed
     outcome = editor.do(Call("patch", {"at": [2.9, 0, 0]}))
@@ -131,7 +131,7 @@ def test_a_hole_cannot_be_made_a_patch(source: PatternSource) -> None:
 def test_the_default_cap_of_a_cylinder_does_not_close_an_open_end(source: PatternSource) -> None:
     for open_end, patches in ((True, 4), (False, 5)):
         surface = sleeve(open_end)
-        editor = Editor(surface, source, sizes_of(surface))
+        editor = Retopology(surface, source, sizes_of(surface))
         do(editor, "loop", at=[0.9, 0, 1.0], normal=[0, 0, 1])
         do(editor, "loop", at=[0.55, 0, 3.7], normal=[0, 0, 1])
         way = [[1.0 - z / 8.0, 0.0, z] for z in np.linspace(1.0, 3.7, 30).tolist()]
@@ -151,7 +151,7 @@ def test_the_default_cap_of_a_cylinder_does_not_close_an_open_end(source: Patter
 def test_the_opening_of_a_torus_is_no_disk(source: PatternSource) -> None:
     """Seen from above, a circle along its top encloses what is no part of it."""
     surface = torus()
-    editor = Editor(surface, source, sizes_of(surface))
+    editor = Retopology(surface, source, sizes_of(surface))
     around = ring(3.0, 1.0, 241)
     for k in range(4):
         part = around[60 * k : 60 * k + 61] if k < 3 else np.r_[around[180:], around[:1]]

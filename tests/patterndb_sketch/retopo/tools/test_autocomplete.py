@@ -11,7 +11,7 @@ import trimesh
 import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -155,7 +155,7 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
         middle, down = np.array([0.0, -12.0, 0.0]), np.array([0.0, 0.0, -1.0])
     sizes = replace(Sizes.of(surface.diagonal), spine=half, snap=0.3 * half)
     with patterndb.open() as source:
-        editor = Editor(surface, source, sizes)
+        editor = Retopology(surface, source, sizes)
         line = [(middle + t * half * down).tolist() for t in (-1.0, 0.0, 1.0)]
         outcome = editor.do(Call("spine", {"points": line}))
         assert outcome.changed, outcome.refused
@@ -196,7 +196,7 @@ def test_something_can_be_closed_beside_every_straight_side(surface: str, side: 
     rng, asked = np.random.default_rng(7), 0
     with patterndb.open() as source:
         for _ in range(3):
-            editor = Editor(on, source)
+            editor = Retopology(on, source)
             sizes, network = editor.state.sizes, editor.network
             corners, middle, up = square_somewhere(on, 0.5 * side * sizes.autocompletion, rng)
             lines = [

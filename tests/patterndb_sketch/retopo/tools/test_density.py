@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths
 from patterndb_sketch.retopo.network import EVEN, BrushStroke, Chain, Density
@@ -213,7 +213,7 @@ class TestTool:
         assert len(kept & held) == 1
 
     def test_what_is_painted_before_curves_are_there_is_heeded(self, source: PatternSource) -> None:
-        first, then = Editor(plane(), source, SIZES), Editor(plane(), source, SIZES)
+        first, then = Retopology(plane(), source, SIZES), Retopology(plane(), source, SIZES)
         brush = {"at": [0.5, 0.5, 0.0], "radius": 1.0, "times": 3}
         do(first, "density", **brush)
         for editor in (first, then):
@@ -321,7 +321,7 @@ class TestSessions:
         assert RETOPO_SESSION.encode(found) == data
 
     def test_without_paint_nothing_is_said_of_it(self, source: PatternSource) -> None:
-        editor = Editor(sphere(), source)
+        editor = Retopology(sphere(), source)
         data = RETOPO_SESSION.encode(RetopoSession(editor.surface, editor.state, "ball.obj"))
         assert b'"density"' not in unpacked(data)
 

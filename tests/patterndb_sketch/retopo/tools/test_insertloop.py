@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import patterndb
 from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
     Choice,
@@ -150,7 +150,7 @@ def test_loops_anywhere_keep_what_must_hold(source: PatternSource, seed: int) ->
     assert are_equal(editor.network, before.network)
 
 
-def mixed(source: PatternSource) -> Editor:
+def mixed(source: PatternSource) -> Retopology:
     """Two by two cells, one cut into triangles, one in two, others with sides of several counts
     and of several curves."""
     editor = drawn_grid(source, 2)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from patterndb.core.halfedge import Int32Array
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import fill_network, find_irregular_vertices, weld_fills
 from patterndb_sketch.retopo.network import Network, are_equal
@@ -30,7 +30,7 @@ def filled_grid(source: PatternSource) -> Network:
     return drawn_grid(source).fill().network
 
 
-def pair_case(source: PatternSource) -> Editor:
+def pair_case(source: PatternSource) -> Retopology:
     """One square cell of sides 8, 8, 6, 6 whose fill has a pair of irregular vertices."""
     editor = drawn_grid(source, 1)
     for at, count in (((0.5, 0), 8), ((1, 0.5), 8), ((0.5, 1), 6), ((0, 0.5), 6)):

@@ -26,7 +26,7 @@ from patterndb_sketch.retopo.arguments import (
     Word,
     WordOrNumber,
 )
-from patterndb_sketch.retopo.editor import TOOLS, Call, Editor
+from patterndb_sketch.retopo.editor import TOOLS, Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.script import line_of, script_of
@@ -63,9 +63,9 @@ def sheet() -> Surface:
     ).orient()
 
 
-def grid(source: PatternSource) -> Editor:
+def grid(source: PatternSource) -> Retopology:
     """Four square patches, filled."""
-    editor = Editor(sheet(), source, SIZES)
+    editor = Retopology(sheet(), source, SIZES)
     for k in range(3):
         do(editor, "stroke", points=line((k, 0), (k, 2)))
         do(editor, "stroke", points=line((0, k), (2, k)))
@@ -74,30 +74,30 @@ def grid(source: PatternSource) -> Editor:
     return editor
 
 
-def rings(source: PatternSource) -> Editor:
+def rings(source: PatternSource) -> Retopology:
     """Two loops around a ball."""
-    editor = Editor(sphere(), source)
+    editor = Retopology(sphere(), source)
     for height in (-0.3, 0.3):
         do(editor, "loop", at=[0.95, 0.0, height], normal=[0.0, 0.0, 1.0])
     return editor
 
 
-def bare(source: PatternSource) -> Editor:
+def bare(source: PatternSource) -> Retopology:
     """A ball with nothing on it."""
-    return Editor(sphere(), source)
+    return Retopology(sphere(), source)
 
 
-def beside_edge(source: PatternSource) -> Editor:
+def beside_edge(source: PatternSource) -> Retopology:
     """A curve on a box, beside one of its edges."""
     box = trimesh.creation.box((2.0, 2.0, 2.0)).subdivide().subdivide()
-    editor = Editor(Surface.from_arrays(box.vertices, box.faces).orient(), source)
+    editor = Retopology(Surface.from_arrays(box.vertices, box.faces).orient(), source)
     do(editor, "stroke", points=[[-0.6, 0.95, 1.0], [0.6, 0.95, 1.0]])
     return editor
 
 
-def pair(source: PatternSource) -> Editor:
+def pair(source: PatternSource) -> Retopology:
     """A patch of 6, 4, 4 and 4 edges, with irregular vertices."""
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     for one, two in itertools.pairwise([(0, 0), (3, 0), (3, 2), (0, 2), (0, 0)]):
         do(editor, "stroke", points=line(one, two))
     for at, count in (((1.5, 0), 12), ((3, 1), 6), ((1.5, 2), 8), ((0, 1), 6)):
@@ -106,9 +106,9 @@ def pair(source: PatternSource) -> Editor:
     return editor
 
 
-def large(source: PatternSource) -> Editor:
+def large(source: PatternSource) -> Retopology:
     """A loop too long to become a patch by itself."""
-    editor = Editor(sheet(), source, SIZES)
+    editor = Retopology(sheet(), source, SIZES)
     corners = [(-4.5, -4.5), (4.5, -4.5), (4.5, 4.5), (-4.5, 4.5), (-4.5, -4.5)]
     for one, two in itertools.pairwise(corners):
         do(editor, "stroke", points=line(one, two))
@@ -116,7 +116,7 @@ def large(source: PatternSource) -> Editor:
     return editor
 
 
-def bent(source: PatternSource) -> Editor:
+def bent(source: PatternSource) -> Retopology:
     """The four patches after the brush."""
     editor = grid(source)
     do(editor, "brush", at=[1.0, 1.0, 0.0], to=[1.3, 1.2, 0.0])
@@ -125,7 +125,7 @@ def bent(source: PatternSource) -> Editor:
 
 
 #: Calls that do something, for tools whose made up calls on the grid do not.
-CALLS: dict[str, tuple[Callable[[PatternSource], Editor], dict[str, object]]] = {
+CALLS: dict[str, tuple[Callable[[PatternSource], Retopology], dict[str, object]]] = {
     # Taken off, a loop that could be a patch is left, which is no sound network to other tests.
     "patch": (large, {"at": [0.0, 0.0, 0.0]}),
     "draft": (bare, {"edge": 0.3}),
@@ -165,7 +165,7 @@ def made_up(tool: Tool) -> Iterator[dict[str, object]]:
             yield dict(zip(names, row, strict=True))
 
 
-def calls(name: str) -> tuple[Callable[[PatternSource], Editor], list[dict[str, object]]]:
+def calls(name: str) -> tuple[Callable[[PatternSource], Retopology], list[dict[str, object]]]:
     if name in CALLS:
         return CALLS[name][0], [CALLS[name][1]]
     return grid, list(itertools.islice(made_up(TOOLS[name]), 40))
@@ -204,7 +204,7 @@ def test_undo_restores_what_a_call_changed_and_what_is_refused_changes_nothing(
 
 @pytest.mark.parametrize("name", TOOLS)
 def test_wrong_arguments_are_refused_with_what_is_wanted(name: str, source: PatternSource) -> None:
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     before, tool = editor.state, TOOLS[name]
     with pytest.raises(InvalidRetopoError, match=f"{name} has no argument 'colour'; there are "):
         editor.do(Call(name, {"colour": "red"}))

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import RetopoMesh, fill_network, filling_of, weld_fills
 from patterndb_sketch.retopo.network import Edit, Network, are_equal, check_network, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
@@ -198,7 +198,7 @@ def test_on_a_ball_vertices_stay_on_it_and_those_behind_stay(source: PatternSour
 
 def test_borders_and_the_seam_stay(source: PatternSource) -> None:
     """What is beside them moves."""
-    editor = Editor(plane(), source, SIZES)
+    editor = Retopology(plane(), source, SIZES)
     do(editor, "stroke", points=line((-5, 4), (-4, 4)))
     do(editor, "stroke", points=line((-4, 4), (-4, 5)))
     editor.fill()
