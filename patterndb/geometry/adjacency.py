@@ -11,8 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.retopo.ground.orientation import walk_parts
-from patterndb._native.retopo.ground.topology import pair_sides
+from patterndb._native.geometry.adjacency import pair_sides, walk_parts
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 

@@ -1,3 +1,4 @@
+from . import adjacency as adjacency
 from . import casting as casting
 from . import earclipping as earclipping
 from . import leastarea as leastarea

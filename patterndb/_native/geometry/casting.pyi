@@ -17,20 +17,6 @@ def first_along(
     seen. Returns (n,) triangles, -1 without hit, and (n, 3) weights.
     """
 
-def first_ahead(
-    corners: Points,
-    boxes: Points,
-    nodes: Int32Array,
-    order: Int32Array,
-    origins: Points,
-    directions: Points,
-) -> tuple[Int32Array, Points]:
-    """Find the triangle (n,) that each ray (n, 3), (n, 3) of unit direction meets first, -1 for
-    none, and the weights (n, 3) of the hit.
-
-    Unlike :func:`first_along` only ahead, and from both sides.
-    """
-
 def first_hits(
     corners: Points,
     boxes: Points,

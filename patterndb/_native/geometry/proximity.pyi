@@ -22,8 +22,3 @@ def nearest_facing(
 
     points, normals: (n, 3). A triangle across the normal does not face as it does.
     """
-
-def within_box(
-    corners: Points, boxes: Points, nodes: Int32Array, order: Int32Array, low: Floats, high: Floats
-) -> Int32Array:
-    """Find the triangles (k,) whose own boxes meet a box (3,) to (3,), ascending."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from patterndb._native.retopo.ground.geodesic import search_route
-from patterndb._native.retopo.ground.shortening import (
+from patterndb._native.retopo.tracing.geodesic import search_route
+from patterndb._native.retopo.tracing.shortening import (
     cross_gates,
     pull_tight,
     shorten_strip,

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb._native.retopo.ground.localmap import (
+from patterndb._native.retopo.tracing.localmap import (
     file_triangles,
     find_containing,
     find_mapped,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb._native.retopo.ground.planarcut import find_cut_sides, follow_cut, place_crossing
+from patterndb._native.retopo.tracing.planarcut import find_cut_sides, follow_cut, place_crossing
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface, SurfacePoints

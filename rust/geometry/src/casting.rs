@@ -1,9 +1,9 @@
 //! What lines hit of triangles, down their tree.
 //!
-//! Three ways, by the hits that are wanted. [`first_along`] returns the hits of one side of a clean
-//! surface, both ways along a normal. [`first_ahead`] returns those of rays of sight, of both sides.
-//! [`first_hits`] and [`all_hits`] lose none between two triangles, for models of any quality. They
-//! differ in what they do at the rims of triangles, and their numbers are part of results.
+//! Two ways, by the hits that are wanted. [`first_along`] returns the hits of one side of a clean
+//! surface, both ways along a normal. [`first_hits`] and [`all_hits`] return those of both sides, and
+//! lose none between two triangles, for surfaces of any quality. They differ in what they do at the
+//! rims of triangles, and their numbers are part of results.
 
 use crate::proximity::{Weights, to_box};
 use crate::tree::{Bounds, Search, Tree, Triangle};
@@ -219,70 +219,6 @@ pub fn first_along(
     Line::each(starts, directions).zip(reach).map(find).unzip()
 }
 
-struct Ahead<'a> {
-    corners: &'a [Triangle],
-    ray: Line<'a>,
-    best: f64,
-    hit: Hit,
-}
-
-impl Search for Ahead<'_> {
-    #[inline(always)]
-    fn measure(&self, bounds: &Bounds) -> f64 {
-        match self.ray.clip(bounds, 0.0, f64::INFINITY) {
-            Some((from, to)) if from <= to + FLAT * (1.0 + to.abs()) => from,
-            _ => f64::INFINITY,
-        }
-    }
-
-    #[inline(always)]
-    fn is_beyond(&self, _: &Bounds, far: f64) -> bool {
-        far == f64::INFINITY || far > self.best + FLAT * (1.0 + self.best)
-    }
-
-    #[inline(always)]
-    fn visit(&mut self, triangle: i32) {
-        let plane = Plane::new(&self.corners[triangle as usize], &self.ray);
-        if plane.facing.abs() <= EDGE_ON * plane.size {
-            return;
-        }
-        let s = plane.parameter();
-        if s < 0.0 {
-            return;
-        }
-        let Some(weights) = plane.weights(&self.ray, s) else {
-            return;
-        };
-        // Of triangles hit at once, at an edge, the first by number.
-        if s < self.best || (s == self.best && s < f64::INFINITY && triangle < self.hit.0) {
-            self.best = s;
-            self.hit = (triangle, onto_triangle(weights));
-        }
-    }
-}
-
-/// Return the triangle that each ray of unit direction meets first.
-///
-/// Unlike [`first_along`] only ahead, and from both sides.
-pub fn first_ahead(
-    tree: &Tree,
-    starts: &[Point],
-    directions: &[Point],
-) -> (Vec<i32>, Vec<[f64; 3]>) {
-    let mut stack = Vec::new();
-    let find = |ray| {
-        let mut search = Ahead {
-            corners: tree.corners,
-            ray,
-            best: f64::INFINITY,
-            hit: MISSED,
-        };
-        tree.search(&mut stack, &mut search);
-        search.hit
-    };
-    Line::each(starts, directions).map(find).unzip()
-}
-
 /// A line made an axis, to look at triangles along it.
 ///
 /// Source: Woop, Benthin and Wald 2013, "Watertight ray/triangle intersection": a triangle's edges
@@ -476,8 +412,6 @@ mod tests {
         assert_eq!(triangle, [13]);
         assert!((weights[0][1] - 0.4).abs() < 1e-12);
         assert_eq!(first_along(&tree, &[ABOVE], &[UP], &[1.5]).0, [-1]);
-        assert_eq!(first_ahead(&tree, &[ABOVE], &[UP]).0, [-1]);
-        assert_eq!(first_ahead(&tree, &[ABOVE], &[[0.0, 0.0, -1.0]]).0, [13]);
         let hits = first_hits(&tree, &[ABOVE, ABOVE], &[[0.0, 0.0, -2.0], UP]);
         assert_eq!(hits.triangle, [13, -1]);
         assert_eq!(hits.along, [1.0, f64::INFINITY]);

@@ -3,6 +3,7 @@
 //! Every function takes slices and returns owned data; nothing here reads files, starts threads or
 //! looks at a clock. Modules have the names of the Python modules that call them.
 
+pub mod adjacency;
 pub mod barrier;
 pub mod casting;
 pub mod earclipping;

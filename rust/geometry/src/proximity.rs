@@ -209,23 +209,6 @@ fn in_needle(triangle: &Triangle, point: &Point) -> (f64, Weights) {
     (best, found)
 }
 
-/// Return the triangles whose own boxes meet a box, ascending.
-pub fn within_box(tree: &Tree, low: &Point, high: &Point) -> Vec<i32> {
-    let is_apart = |from: &Point, to: &Point| (0..3).any(|c| from[c] > high[c] || to[c] < low[c]);
-    let mut stack = Vec::new();
-    let near = tree.select(&mut stack, |[from, to]| !is_apart(from, to));
-    let mut found: Vec<i32> = near
-        .filter(|&f| {
-            let [a, b, c] = &tree.corners[f as usize];
-            let least = [0, 1, 2].map(|k| min(min(a[k], b[k]), c[k]));
-            let greatest = [0, 1, 2].map(|k| max(max(a[k], b[k]), c[k]));
-            !is_apart(&least, &greatest)
-        })
-        .collect();
-    found.sort_unstable();
-    found
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -254,14 +237,6 @@ mod tests {
         let made = build(&corners);
         let (triangles, _) = nearest_facing(&made.tree(&corners), &[[1.0; 3]], &[[0.0, 0.0, -1.0]]);
         assert_eq!(triangles, [-1]);
-    }
-
-    #[test]
-    fn a_box_around_one_triangle_holds_that_one() {
-        let corners = lattice(6);
-        let made = build(&corners);
-        let found = within_box(&made.tree(&corners), &[0.9, 1.9, 12.5], &[1.6, 2.6, 13.5]);
-        assert_eq!(found, [13]);
     }
 
     #[test]

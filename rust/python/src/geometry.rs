@@ -5,7 +5,7 @@ use patterndb_geometry::leastarea::{self, Polyline, Price};
 use patterndb_geometry::relaxation::{self, Disk};
 use patterndb_geometry::tree::{self, Tree};
 use patterndb_geometry::triangulation::{self, Faces};
-use patterndb_geometry::{casting, earclipping, neighbours, proximity, quadshape};
+use patterndb_geometry::{adjacency, casting, earclipping, neighbours, proximity, quadshape};
 use pyo3::prelude::*;
 
 use crate::answers::{Answered, Shaped, add_functions, compute};
@@ -51,10 +51,6 @@ bind_question!(
     tree, casting::first_along(tree, points, normals, reach)
 );
 bind_question!(
-    first_ahead(origins: Rows<'py, f64, 3>, directions: Rows<'py, f64, 3>) =>
-    tree, casting::first_ahead(tree, origins, directions)
-);
-bind_question!(
     first_hits(origins: Rows<'py, f64, 3>, directions: Rows<'py, f64, 3>) =>
     tree,
     {
@@ -72,18 +68,25 @@ bind_question!(
 );
 
 #[pyfunction]
-fn within_box<'py>(
+fn pair_sides<'py>(
     py: Python<'py>,
-    corners: Blocks<'py, f64, 3, 3>,
-    boxes: Blocks<'py, f64, 2, 3>,
-    nodes: Rows<'py, i32, 2>,
-    order: Items<'py, i32>,
-    low: [f64; 3],
-    high: [f64; 3],
+    vertices: Rows<'py, f64, 3>,
+    triangles: Rows<'py, i32, 3>,
+    start: Items<'py, i32>,
+    sides: Items<'py, i32>,
 ) -> Answered<'py> {
-    compute!(py, corners, boxes, nodes, order => {
-        proximity::within_box(&Tree { corners, boxes, nodes, order }, &low, &high)
+    compute!(py, vertices, triangles, start, sides => {
+        adjacency::pair_sides(vertices, triangles, start, sides)
     })
+}
+
+#[pyfunction]
+fn walk_parts<'py>(
+    py: Python<'py>,
+    across: Items<'py, i32>,
+    corner: Items<'py, i32>,
+) -> Answered<'py> {
+    compute!(py, across, corner => adjacency::walk_parts(across, corner))
 }
 
 #[pyfunction]
@@ -220,8 +223,9 @@ fn write_once<'py>(py: Python<'py>, face: Items<'py, i32>) -> Answered<'py> {
 
 pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     add_functions!(parent, "tree": build);
-    add_functions!(parent, "proximity": nearest, nearest_facing, within_box);
-    add_functions!(parent, "casting": first_along, first_ahead, first_hits, all_hits);
+    add_functions!(parent, "proximity": nearest, nearest_facing);
+    add_functions!(parent, "casting": first_along, first_hits, all_hits);
+    add_functions!(parent, "adjacency": pair_sides, walk_parts);
     add_functions!(parent, "earclipping": clip_ears);
     add_functions!(parent, "leastarea": triangulate_cheapest, tabulate_areas, choose_triangles,
         tabulate_areas_around);

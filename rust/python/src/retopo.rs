@@ -2,6 +2,7 @@
 
 use numpy::Complex64;
 use patterndb_geometry::Point;
+use patterndb_geometry::adjacency::{Edges, Surface};
 use patterndb_retopo::counts::evening::{self, Sides};
 use patterndb_retopo::counts::walks::{self, Halves, WalkGraph};
 use patterndb_retopo::counts::{rules, tjoin};
@@ -9,16 +10,15 @@ use patterndb_retopo::draft::crossfield::Laplacian;
 use patterndb_retopo::draft::remesh::{self, Collapse, Mesh};
 use patterndb_retopo::draft::tracing::{self, CrossField, Limits, LineSegment, Start};
 use patterndb_retopo::filling::edgecounts;
-use patterndb_retopo::ground::geodesic::{self, Place};
-use patterndb_retopo::ground::localmap::{self, Extent, Frame, Grid, Seeds, Stars};
-use patterndb_retopo::ground::shortening::{self, Gates, Step, Turn};
-use patterndb_retopo::ground::topology::{self, Edges, Surface};
-use patterndb_retopo::ground::{orientation, planarcut};
 use patterndb_retopo::network::crossings::{self, Line};
 use patterndb_retopo::network::samples::{self, Samples};
 use patterndb_retopo::network::{attaching, flooding, patches};
 use patterndb_retopo::quadgrids::{self, Quads, Separatrices};
 use patterndb_retopo::tools::salience::Dots;
+use patterndb_retopo::tracing::geodesic::{self, Place};
+use patterndb_retopo::tracing::localmap::{self, Extent, Frame, Grid, Seeds, Stars};
+use patterndb_retopo::tracing::planarcut;
+use patterndb_retopo::tracing::shortening::{self, Gates, Step, Turn};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -444,15 +444,6 @@ fn find_containing<'py>(
 }
 
 #[pyfunction]
-fn walk_parts<'py>(
-    py: Python<'py>,
-    across: Items<'py, i32>,
-    corner: Items<'py, i32>,
-) -> Answered<'py> {
-    compute!(py, across, corner => orientation::walk_parts(across, corner))
-}
-
-#[pyfunction]
 fn find_cut_sides<'py>(
     py: Python<'py>,
     triangles: Rows<'py, i32, 3>,
@@ -596,19 +587,6 @@ fn cross_gates<'py>(
     };
     let turns: Vec<Turn> = numbers.iter().zip(&*which).map(turn).collect();
     compute!(py, vertices => shortening::cross_gates(vertices, gates, &turns))
-}
-
-#[pyfunction]
-fn pair_sides<'py>(
-    py: Python<'py>,
-    vertices: Rows<'py, f64, 3>,
-    triangles: Rows<'py, i32, 3>,
-    start: Items<'py, i32>,
-    sides: Items<'py, i32>,
-) -> Answered<'py> {
-    compute!(py, vertices, triangles, start, sides => {
-        topology::pair_sides(vertices, triangles, start, sides)
-    })
 }
 
 // The network.
@@ -791,14 +769,12 @@ pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     add_functions!(module, "tracing": trace_all);
     let module = &crate::add_module(parent, "filling")?;
     add_functions!(module, "edgecounts": count_bend_edges);
-    let module = &crate::add_module(parent, "ground")?;
+    let module = &crate::add_module(parent, "tracing")?;
     add_functions!(module, "geodesic": search_route);
     add_functions!(module, "localmap": propose, spread_front, find_mapped, file_triangles,
         find_containing);
-    add_functions!(module, "orientation": walk_parts);
     add_functions!(module, "planarcut": find_cut_sides, place_crossing, follow_cut);
     add_functions!(module, "shortening": unfold_strip, pull_tight, shorten_strip, cross_gates);
-    add_functions!(module, "topology": pair_sides);
     let module = &crate::add_module(parent, "network")?;
     add_functions!(module, "attaching": find_departure, measure_turn);
     add_functions!(module, "crossings": cross_chains, cross_itself);

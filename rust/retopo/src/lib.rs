@@ -6,7 +6,7 @@
 pub mod counts;
 pub mod draft;
 pub mod filling;
-pub mod ground;
 pub mod network;
 pub mod quadgrids;
 pub mod tools;
+pub mod tracing;

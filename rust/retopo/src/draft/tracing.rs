@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use patterndb_geometry::vector::{max, min};
 
-use crate::ground::heap::Heap;
+use crate::tracing::heap::Heap;
 
 /// Traces keep this part of a side's length from its ends, and go into a triangle at this angle at
 /// least, so that none runs into a vertex or along a side.

@@ -1,8 +1,8 @@
-//! The triangles of the ground that no wall parts from some of them.
+//! The triangles of a surface that no wall parts from some of them.
 
 /// Return the triangles around some, breadth first, and their area.
 ///
-/// across: for each side 3 f + e of the ground the one that is the same edge seen from the
+/// across: for each side 3 f + e of the surface the one that is the same edge seen from the
 /// neighbour, -1 at a border; crossed: the triangles of walls. It ends as soon as the area is more
 /// than `most`.
 pub fn flood(

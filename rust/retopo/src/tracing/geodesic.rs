@@ -1,10 +1,10 @@
-//! Shortest ways over the ground, between the middles of edges.
+//! Shortest ways over a surface, between the middles of edges.
 
 use patterndb_geometry::Point;
 use patterndb_geometry::vector::{dot, length, max, subtract};
 
 use super::heap::Heap;
-use super::topology::Edges;
+use patterndb_geometry::adjacency::Edges;
 
 /// A point in a triangle.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/ground/localmap.rs.
+# Bound by rust/python/src/retopo/tracing/localmap.rs.
 import numpy as np
 from numpy.typing import NDArray
 

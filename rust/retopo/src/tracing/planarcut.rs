@@ -1,4 +1,4 @@
-//! Cuts of the ground by a plane.
+//! Cuts of a surface by a plane.
 //!
 //! A vertex on the plane counts as on the normal's side, so that a cut never branches. In a triangle
 //! that is cut, the curve runs from one side to another with the normal on its left.
@@ -6,7 +6,7 @@
 use patterndb_geometry::Point;
 use patterndb_geometry::vector::subtract;
 
-use super::topology::{Surface, Triangle, from_corner, side_corners};
+use patterndb_geometry::adjacency::{Surface, Triangle, from_corner, side_corners};
 
 /// The sides by which a cut leaves and enters a triangle; -1 where the plane does not cut it.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,10 +1,10 @@
-//! What lies next to what on a surface: triangles across edges, and vertices along them.
+//! What is next to what on a surface: triangles across edges, and how they are turned.
 //!
 //! Side 3 f + e is the edge of triangle f from its corner e to the next. Surfaces are taken as they
 //! are: an edge may have any number of triangles, and neighbours may be turned against each other.
 
-use patterndb_geometry::Point;
-use patterndb_geometry::vector::{dot, length, subtract};
+use crate::Point;
+use crate::vector::{dot, length, subtract};
 
 /// A triangle, by the numbers of its vertices.
 pub type Triangle = [i32; 3];
@@ -145,6 +145,40 @@ fn point_away(surface: Surface<'_>, side: i32) -> Point {
     }
 }
 
+/// Return the component of each triangle, and whether it is turned over against the component's first.
+///
+/// across: for each side 3 f + e the other of its edge, -1 without; corner: the vertex at which
+/// each side begins.
+pub fn walk_parts(across: &[i32], corner: &[i32]) -> (Vec<i32>, Vec<bool>) {
+    let sides = across.as_chunks::<3>().0;
+    let mut part = vec![-1; sides.len()];
+    let mut over = vec![false; sides.len()];
+    let mut parts = 0;
+    let mut stack = Vec::with_capacity(sides.len());
+    for first in 0..sides.len() {
+        if part[first] >= 0 {
+            continue;
+        }
+        part[first] = parts;
+        stack.push(first as i32);
+        while let Some(triangle) = stack.pop() {
+            let f = triangle as usize;
+            for (e, &other) in sides[f].iter().enumerate() {
+                if other < 0 || part[other as usize / 3] >= 0 {
+                    continue;
+                }
+                let g = other as usize / 3;
+                part[g] = parts;
+                // Two that are turned alike pass their edge in opposite ways.
+                over[g] = over[f] ^ (corner[3 * f + e] == corner[other as usize]);
+                stack.push(other / 3);
+            }
+        }
+        parts += 1;
+    }
+    (part, over)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -177,5 +211,15 @@ mod tests {
         let sides = [0, 3, 6, 1, 2, 4, 5, 7, 8];
         let across = pair_sides(&vertices, &triangles, &start, &sides);
         assert_eq!((across[0], across[3], across[6]), (6, -1, 0));
+    }
+
+    #[test]
+    fn a_triangle_that_passes_its_edge_the_same_way_is_turned_over() {
+        // Triangles (0, 1, 2), (1, 2, 3) and one apart; the first two share sides 1 and 3.
+        let across = [-1, 3, -1, 1, -1, -1, -1, -1, -1];
+        let corner = [0, 1, 2, 1, 2, 3, 4, 5, 6];
+        let (part, over) = walk_parts(&across, &corner);
+        assert_eq!(part, [0, 0, 1]);
+        assert_eq!(over, [false, true, false]);
     }
 }

@@ -1,4 +1,4 @@
-//! Local parameterisation: (u, v) spread over the ground from a stroke or a point.
+//! Local parameterisation: (u, v) spread over a surface from a stroke or a point.
 //!
 //! A discrete exponential map. Source: Schmidt 2013, "Stroke Parameterization", as Takayama et al.
 //! 2013 and their released program use it.
@@ -7,7 +7,7 @@ use patterndb_geometry::Point;
 use patterndb_geometry::vector::{cross, dot, length, max, min, subtract};
 
 use super::heap::Heap;
-use super::topology::{Surface, Triangle};
+use patterndb_geometry::adjacency::{Surface, Triangle};
 
 /// A neighbour's proposal weighs its distance to this power. Source: the released program of
 /// Takayama et al. 2013.

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use patterndb_geometry::Point;
 use patterndb_geometry::vector::{cross, dot, length, max, min, subtract};
 
-use super::topology::{Surface, Triangle, from_corner, side_corners};
+use patterndb_geometry::adjacency::{Surface, Triangle, from_corner, side_corners};
 
 /// A path that turns at a vertex by less than this angle, in radians, stays there: rerouting would
 /// shorten it by the square of it at most.

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/ground/planarcut.rs.
+# Bound by rust/python/src/retopo/tracing/planarcut.rs.
 import numpy as np
 from numpy.typing import NDArray
 
