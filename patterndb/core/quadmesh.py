@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb._native.core.halfedge import border_vertices, fans
 from patterndb._native.core.quadmesh import components, flip_to_agree
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, list_pairs
 from patterndb.errors import InvalidMeshError
 
 
@@ -105,15 +105,7 @@ class QuadMesh:
 
 def _edge_pairs(quads: Int32Array) -> NDArray[np.int64]:
     """(p, 2) int64 half-edges of every edge that exactly two quads use."""
-    tail = quads.ravel().astype(np.int64)
-    head = np.roll(quads, -1, axis=1).ravel().astype(np.int64)
-    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    key = key[order]
-    first = np.flatnonzero(np.r_[True, key[1:] != key[:-1]]) if len(key) else np.zeros(0, np.int64)
-    uses = np.diff(np.r_[first, len(key)])
-    two = first[uses == 2]
-    return np.stack([order[two], order[two + 1]], axis=1)
+    return list_pairs(quads.ravel(), np.roll(quads, -1, axis=1).ravel())
 
 
 def _neighbours(

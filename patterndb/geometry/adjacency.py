@@ -9,10 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb._native.geometry.adjacency import pair_sides, walk_parts
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, list_pairs, sort_by_edge
 from patterndb.geometry.points import Points
 
 #: If more than this part of a component's area is turned one way, that way is meant, even inward,
@@ -20,11 +19,9 @@ from patterndb.geometry.points import Points
 MEANT = 2.0 / 3.0
 
 
-def edge_keys(triangles: Int32Array) -> NDArray[np.int64]:
-    """Return (3t,) a number for each side 3 f + e, the same for all sides of an edge."""
-    tail = triangles.astype(np.int64)
-    head = np.roll(tail, -1, axis=1)
-    return ((np.minimum(tail, head) << 32) | np.maximum(tail, head)).ravel()
+def list_sides(triangles: Int32Array) -> tuple[Int32Array, Int32Array]:
+    """Return (3t,) the tail and (3t,) the head of every side 3 f + e."""
+    return triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,15 +52,13 @@ class Adjacency:
     @classmethod
     def of(cls, vertices: Points, triangles: Int32Array) -> Adjacency:
         """Of (v, 3) vertices and (t, 3) triangles, each with an area."""
-        key = edge_keys(triangles)
-        order = np.argsort(key, kind="stable")
-        ranked = key[order]
-        first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-        start = np.r_[first, len(key)].astype(np.int32)
-        edges = np.empty(len(key), np.int32)
-        edges[order] = np.repeat(np.arange(len(first), dtype=np.int32), np.diff(start))
-        ends = np.stack([ranked[first] >> 32, ranked[first] & 0xFFFFFFFF], axis=1).astype(np.int32)
-        sides = order.astype(np.int32)
+        tail, head = list_sides(triangles)
+        order, first = sort_by_edge(tail, head)
+        sides, start = order.astype(np.int32), first.astype(np.int32)
+        edges = np.empty(len(sides), np.int32)
+        edges[order] = np.repeat(np.arange(len(start) - 1, dtype=np.int32), np.diff(start))
+        one = order[first[:-1]]
+        ends = np.stack([np.minimum(tail, head)[one], np.maximum(tail, head)[one]], axis=1)
         both = np.concatenate([ends, ends[:, ::-1]])
         around = np.argsort(both[:, 0], kind="stable")
         counts = np.bincount(both[:, 0], minlength=len(vertices))
@@ -99,7 +94,7 @@ def orient_triangles(vertices: Points, triangles: Int32Array) -> TurnedTriangles
     taken, or outward where neither is; see :data:`MEANT`.
     """
     none = np.empty(0, np.int32)
-    sides, others = _find_pairs(triangles)
+    sides, others = list_pairs(*list_sides(triangles)).T
     corner = triangles.ravel()
     # Two that are turned alike pass their edge in opposite ways.
     against = corner[sides] == corner[others]
@@ -127,17 +122,7 @@ def orient_triangles(vertices: Points, triangles: Int32Array) -> TurnedTriangles
     turned = np.flatnonzero(over ^ other_way[part]).astype(np.int32)
     result = triangles.copy()
     result[turned] = result[turned][:, [0, 2, 1]]
-    sides, others = _find_pairs(result)
+    sides, others = list_pairs(*list_sides(result)).T
     corner = result.ravel()
     left = sides[corner[sides] == corner[others]].astype(np.int32)
     return TurnedTriangles(result, turned, left)
-
-
-def _find_pairs(triangles: Int32Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """(k,) and (k,) the two sides, 3 f + e, of every edge that has exactly two."""
-    key = edge_keys(triangles)
-    order = np.argsort(key, kind="stable")
-    ranked = key[order]
-    first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-    two = first[np.diff(np.r_[first, len(key)]) == 2]
-    return order[two], order[two + 1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, sort_by_edge
 from patterndb.geometry.points import Points
 
 
@@ -15,15 +15,10 @@ def pair_edges(quads: NDArray[np.integer]) -> Int32Array:
     Half-edge 4 i + k leads from corner k of quad i to the next. Of an edge with more than two
     quads only two are joined.
     """
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
-    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    alike = key[order[1:]] == key[order[:-1]]
-    # The first two of a run.
-    alike[1:] &= ~alike[:-1]
-    found = np.full(len(key), -1, np.int32)
-    one, two = order[:-1][alike], order[1:][alike]
-    found[one], found[two] = two, one
+    order, start = sort_by_edge(quads.ravel(), np.roll(quads, -1, axis=1).ravel())
+    first = start[:-1][np.diff(start) > 1]
+    found = np.full(quads.size, -1, np.int32)
+    found[order[first]], found[order[first + 1]] = order[first + 1], order[first]
     return found
 
 

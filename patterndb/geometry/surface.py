@@ -19,10 +19,10 @@ from scipy.sparse.csgraph import connected_components
 from patterndb._native.geometry.casting import all_hits, first_along, first_hits
 from patterndb._native.geometry.proximity import nearest, nearest_facing
 from patterndb._native.geometry.tree import build
-from patterndb.core.halfedge import Int32Array, Int64Array
+from patterndb.core.halfedge import Int32Array, Int64Array, sort_by_edge
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.geometry.adjacency import Adjacency, edge_keys, orient_triangles
+from patterndb.geometry.adjacency import Adjacency, list_sides, orient_triangles
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.triangulation import (
     WELD,
@@ -315,10 +315,17 @@ class Surface:
     def pairs(self) -> Int32Array:
         """(e, 2) int32 pairs of triangles that share an edge; where more than two do, each and the
         next."""
-        key = edge_keys(self.triangles)
-        order = np.argsort(key, kind="stable")
-        same = np.flatnonzero(key[order][1:] == key[order][:-1])
+        order, start = sort_by_edge(*list_sides(self.triangles))
+        has_next = np.ones(len(order), np.bool_)
+        has_next[start[1:] - 1] = False
+        same = np.flatnonzero(has_next)
         return (np.stack([order[same], order[same + 1]], axis=1) // 3).astype(np.int32)
+
+    @cached_property
+    def border_sides(self) -> Int32Array:
+        """(b,) int32, the sides 3 f + e of triangles that no other triangle has, by their edges."""
+        order, start = sort_by_edge(*list_sides(self.triangles))
+        return order[start[:-1][np.diff(start) == 1]].astype(np.int32)
 
     @cached_property
     def adjacency(self) -> Adjacency:

@@ -137,7 +137,7 @@ def fill(
     # Imported here because --help need not wait for it.
     from query.boundaryfile import read_boundary, read_strokes
     from query.placing import Surface, enclose_region, place
-    from query.placing.region import find_void, list_border_sides
+    from query.placing.region import find_void
 
     asked, drawn = read_boundary(boundary)
     assert asked.points is not None
@@ -154,7 +154,7 @@ def fill(
             region = enclose_region(base, asked.points)
         except InvalidBoundaryError as error:
             raise InvalidBoundaryError(f"{boundary}, on {surface}: {error}") from error
-        void = find_void(region, base, list_border_sides(base), asked.points)
+        void = find_void(region, base, base.border_sides, asked.points)
     tolerance = search.request.tolerance
     see = f"see 'patterndb query --sides {','.join(map(str, asked.lengths))}'"
     from patterndb_app.cli.obj import write_placed_fill

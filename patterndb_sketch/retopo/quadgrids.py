@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb._native.core.halfedge import border_vertices, fans
 from patterndb._native.retopo.quadgrids import cut_regular, follow_marked, read_grid, run_all
-from patterndb.core.halfedge import Int32Array, prev_edge
+from patterndb.core.halfedge import Int32Array, prev_edge, sort_by_edge
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
@@ -172,11 +172,8 @@ def _find_twins(quads: Int32Array, others: Sequence[tuple[int, ...]]) -> Int32Ar
             f"quad {half // 4}" if inside else f"face {list(others[owner[half - 4 * len(quads)]])}"
         )
 
-    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    ranked = key[order]
-    first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
-    uses = np.diff(np.r_[first, len(ranked)])
+    order, start = sort_by_edge(tail, head)
+    first, uses = start[:-1], np.diff(start)
     many = np.flatnonzero(uses > 2)
     if len(many):
         at = order[first[many[0]]]
@@ -184,7 +181,7 @@ def _find_twins(quads: Int32Array, others: Sequence[tuple[int, ...]]) -> Int32Ar
             f"the edge between vertices {tail[at]} and {head[at]} has {uses[many[0]]} faces; at "
             "most two can share one, so split the vertices there"
         )
-    twin = np.full(len(key), -1, np.int32)
+    twin = np.full(len(tail), -1, np.int32)
     one = order[first[uses == 2]]
     two = order[first[uses == 2] + 1]
     alike = np.flatnonzero(tail[one] == tail[two])

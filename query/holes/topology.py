@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb._native.query.holes.loops import turn_alike
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, sort_by_edge
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Floats, Points
@@ -68,7 +68,7 @@ class MeshTopology:
         first, last = start[face], start[face + 1] - 1
         following = np.where(at == last, first, at + 1)
         head = tail[following]
-        partner, same_sense, crowded = _pair_edges(tail, head, len(mesh.points))
+        partner, same_sense, crowded = _pair_edges(tail, head)
         flip, torn = turn_alike(face, partner, same_sense, start)
         if torn >= 0:
             raise InvalidMeshError(
@@ -93,26 +93,22 @@ class MeshTopology:
 
 
 def _pair_edges(
-    tail: Int32Array, head: Int32Array, n_points: int
+    tail: Int32Array, head: Int32Array
 ) -> tuple[Int32Array, NDArray[np.bool_], NDArray[np.bool_]]:
     """Pair the half-edges of every edge that two faces share.
 
     Returns (h,) the partner or -1, (h,) whether both run the same way, (h,) whether more than
     two share the edge.
     """
-    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
-    key = low * max(n_points, 1) + high
-    order = np.argsort(key, kind="stable")
-    ordered = key[order]
-    first = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]]) if len(key) else order
-    count = np.diff(np.r_[first, len(key)])
-    partner = np.full(len(key), -1, np.int32)
-    pairs = first[count == 2]
+    order, start = sort_by_edge(tail, head)
+    count = np.diff(start)
+    pairs = start[:-1][count == 2]
     one, two = order[pairs], order[pairs + 1]
+    partner = np.full(len(tail), -1, np.int32)
     partner[one], partner[two] = two, one
-    crowded = np.zeros(len(key), np.bool_)
+    crowded = np.zeros(len(tail), np.bool_)
     crowded[order[np.repeat(count > 2, count)]] = True
-    same = np.zeros(len(key), np.bool_)
+    same = np.zeros(len(tail), np.bool_)
     paired = partner >= 0
     same[paired] = tail[paired] == tail[partner[paired]]
     return partner, same, crowded

@@ -17,11 +17,12 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
 from patterndb._native.query.placing.region import flood_left
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, edge_keys
 from patterndb.errors import InvalidBoundaryError
+from patterndb.geometry.adjacency import list_sides
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import NO_AREA
-from patterndb.geometry.surface import Surface, SurfacePoints, edge_keys
+from patterndb.geometry.surface import Surface, SurfacePoints
 
 #: Shares of a surface's diagonal: a boundary that is to lie on it has its nearest vertex no further
 #: off than FAR, and its farthest no further than FARTHEST. Boundaries drawn coarsely are off by
@@ -182,12 +183,6 @@ def find_void(
             continue
         return corners[farthest]
     return None
-
-
-def list_border_sides(surface: Surface) -> Int32Array:
-    """(b,) the sides 3 f + e of triangles that no other triangle has."""
-    _, first, uses = np.unique(edge_keys(surface.triangles), return_index=True, return_counts=True)
-    return first[uses == 1].astype(np.int32)
 
 
 def _measure_apart(points: Points, start: Points, end: Points) -> NDArray[np.float64]:
@@ -435,7 +430,7 @@ def _pieces(edges: Int32Array, n: int) -> NDArray[np.int32]:
 def _rim(surface: Surface) -> Int32Array | None:
     """(r,) the half-edges 3 f + e along the rim of a disk, in order; None if it is no disk."""
     triangles = surface.triangles
-    key = edge_keys(triangles)
+    key = edge_keys(*list_sides(triangles))
     values, inverse, uses = np.unique(key, return_inverse=True, return_counts=True)
     corners = len(np.unique(triangles))
     if corners - len(values) + len(triangles) != 1 or uses.max() > 2:

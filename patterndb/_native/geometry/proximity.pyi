@@ -1,6 +1,6 @@
 # Bound by rust/python/src/geometry/proximity.rs.
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.points import Points
 
 def nearest(
     corners: Points, boxes: Points, nodes: Int32Array, order: Int32Array, points: Points

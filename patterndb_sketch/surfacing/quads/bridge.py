@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from patterndb.errors import InvalidBoundaryError, InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
-from patterndb.geometry.surface import edge_keys
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.curvenetwork.polylines import measure_angles
 from patterndb_sketch.surfacing.sampling import Loop
@@ -130,8 +129,7 @@ def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, 
 def _region(n: int, points: Points, triangles: NDArray[np.integer], start: int) -> Region:
     """The patch as what its loop encloses, without a search for what that is."""
     surface = Surface.from_arrays(points, triangles)
-    _, first, uses = np.unique(edge_keys(surface.triangles), return_index=True, return_counts=True)
-    rim = first[uses == 1]
+    rim = surface.border_sides
     tail = surface.triangles.ravel()[rim]
     head = np.roll(surface.triangles, -1, axis=1).ravel()[rim]
     outer = (tail < n) & (head < n)
