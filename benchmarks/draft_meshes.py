@@ -113,7 +113,7 @@ def draft_mesh(path: Path, source: PatternSource) -> Row:
     sides = 1 if editor.state.plane is None else 2
     parted = part_touching(surface).surface
     rims = measure_rims(mesh.vertices, np.asarray(find_open_edges(mesh)).reshape(-1, 2), parted)
-    off = max(made.to_ground, made.from_ground)
+    off = max(made.to_surface, made.from_surface)
     euler = TangentFrames.of(parted).euler
     faults = {
         f"{made.unfilled} unfilled": made.unfilled,
@@ -128,7 +128,7 @@ def draft_mesh(path: Path, source: PatternSource) -> Row:
     figures = (
         f"| {sides * sum(made.patches.values())} | {made.quads:,} | {sum(made.irregular.values())} "
         f"| {made.unfilled} | {made.flipped * sides} | {made.open_edges} | {100 * rims:.2f} "
-        f"| {made.euler} | {100 * made.to_ground:.2f} | {100 * made.from_ground:.2f} "
+        f"| {made.euler} | {100 * made.to_surface:.2f} | {100 * made.from_surface:.2f} "
     )
     if not why and outcome.notes:
         # Such as edges of another length, or what touches.

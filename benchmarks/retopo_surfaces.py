@@ -82,8 +82,8 @@ def row(name: str, one: Played) -> str:
         f"{made.flipped}",
         f"{made.open_edges}",
         f"{made.euler}",
-        f"{100 * made.to_ground:.2f}",
-        f"{100 * made.from_ground:.2f}",
+        f"{100 * made.to_surface:.2f}",
+        f"{100 * made.from_surface:.2f}",
         f"{one.seconds:.1f}",
     )
     return "| " + " | ".join(cells) + " |"

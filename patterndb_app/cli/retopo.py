@@ -450,8 +450,8 @@ def _rows(made: Report, seconds: float) -> list[tuple[str, object]]:
         ("flipped", made.flipped),
         ("open edges", made.open_edges),
         ("Euler", made.euler),
-        ("to the surface", f"{100 * made.to_ground:.2f} %"),
-        ("from the surface", f"{100 * made.from_ground:.2f} %"),
+        ("to the surface", f"{100 * made.to_surface:.2f} %"),
+        ("from the surface", f"{100 * made.from_surface:.2f} %"),
         ("seconds", f"{seconds:.1f}"),
     ]
 

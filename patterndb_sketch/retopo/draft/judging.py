@@ -63,7 +63,7 @@ class DraftJudge:
     def is_lopsided(self, found: FilledNetwork, made: Report) -> bool:
         """Is a mesh that is near to its half too far from the whole? Then the surface is not as
         symmetric as that, and no other draft of the half is nearer."""
-        if self.half is None or max(made.to_ground, made.from_ground) <= self.most_off:
+        if self.half is None or max(made.to_surface, made.from_surface) <= self.most_off:
             return False
         mesh = weld_fills(found)
         own = hausdorff(mesh.vertices, mesh.quads, self.surface)
@@ -91,7 +91,7 @@ class DraftJudge:
             if self.half is not None:
                 at = np.concatenate([at, self.half.plane.mirror(at)])
             said.append(count_places("a flipped quad", "flipped quads", at))
-        off = max(made.to_ground, made.from_ground)
+        off = max(made.to_surface, made.from_surface)
         if made.quads and off > self.most_off:
             said.append(f"{100 * off:.2g} % off at {format_place(self.find_furthest(found))}")
         return tuple(said)

@@ -94,7 +94,7 @@ class ProposedDraft:
     ) -> ProposedDraft:
         """Of quads that are fitted."""
         made = judge.report(found)
-        off = max(made.to_ground, made.from_ground)
+        off = max(made.to_surface, made.from_surface)
         wrong = (made.unfilled, made.tangled, made.flipped, max(off - judge.most_off, 0.0))
         rank = (*wrong, sum(made.irregular.values()), off)
         flaws = judge.list_flaws(found, made)

@@ -33,8 +33,8 @@ class Report:
     irregular: how many vertices have so many faces where 4 inside, or 2 on the border, is regular.
     flipped:   quads clockwise seen from outside. open_edges: with one face. tangled: edges with
                more than two, or that two faces pass the same way. euler: vertices - edges + faces.
-    to_ground, from_ground: greatest distance of the quads from the surface, and of the surface from
-               the quads, as parts of the surface's diagonal.
+    to_surface, from_surface: greatest distance of the quads from the surface, and the reverse, as
+               parts of the surface's diagonal.
     """
 
     patches: dict[int, int]
@@ -47,8 +47,8 @@ class Report:
     open_edges: int
     tangled: int
     euler: int
-    to_ground: float
-    from_ground: float
+    to_surface: float
+    from_surface: float
 
 
 def report_mesh(found: FilledNetwork, surface: Surface, mesh: RetopoMesh | None = None) -> Report:
@@ -64,7 +64,7 @@ def report_mesh(found: FilledNetwork, surface: Surface, mesh: RetopoMesh | None 
     low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
     edges, uses = np.unique((low << 32) | high, return_counts=True)
     twice = len(directed) - len(np.unique(directed))
-    to_ground, from_ground = hausdorff(mesh.vertices, mesh.quads, surface, mesh.kept)
+    to_surface, from_surface = hausdorff(mesh.vertices, mesh.quads, surface, mesh.kept)
     return Report(
         patches=dict(sorted(corners.items())),
         unfilled=len(found.network.patches) - len(found.placed),
@@ -76,8 +76,8 @@ def report_mesh(found: FilledNetwork, surface: Surface, mesh: RetopoMesh | None 
         open_edges=len(find_open_edges(mesh)),
         tangled=int((uses > 2).sum()) + twice,
         euler=len(mesh.vertices) - len(edges) + len(mesh.quads) + len(mesh.kept),
-        to_ground=to_ground,
-        from_ground=from_ground,
+        to_surface=to_surface,
+        from_surface=from_surface,
     )
 
 

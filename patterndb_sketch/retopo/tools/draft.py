@@ -256,7 +256,7 @@ def _find_in_plane(surface: Surface, half: Half) -> Points:
 def _describe(draft: _MadeDraft, wanted: int | None) -> tuple[str, ...]:
     """Describe what came of it, and what is wrong with it, with places."""
     report = draft.made.report
-    off = 100 * max(report.to_ground, report.from_ground)
+    off = 100 * max(report.to_surface, report.from_surface)
     own = len(draft.made.network.patches)
     patches = "1 patch" if own == 1 else f"{own} patches"
     if draft.state.plane is not None:

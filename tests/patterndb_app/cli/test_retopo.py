@@ -78,7 +78,7 @@ def test_a_script_makes_the_mesh_that_is_told(ball: Path, tmp_path: Path) -> Non
     assert (told["open_edges"], told["tangled"], told["flipped"], told["euler"]) == (0, 0, 0, 2)
     assert told["irregular"]["3"] == 8, "one in each octant"
     assert told["open_loops"] == []
-    assert 0.0 < told["to_ground"] < told["from_ground"] < 0.01
+    assert 0.0 < told["to_surface"] < told["from_surface"] < 0.01
     assert told["output"] == str(output)
     # Exported beside the script, before the recount.
     first = faces(tmp_path / "first.obj")
@@ -176,7 +176,7 @@ def test_a_refused_call_ends_the_script_and_leaves_the_session(ball: Path, tmp_p
 
 def test_nothing_drawn_is_nothing_found(ball: Path, tmp_path: Path) -> None:
     told = document("--script", script(tmp_path / "a.jsonl"), code=1)
-    assert (told["patches"], told["quads"], told["to_ground"]) == ({}, 0, 1.0)
+    assert (told["patches"], told["quads"], told["to_surface"]) == ({}, 0, 1.0)
     told = document("--script", script(tmp_path / "b.jsonl", LOOPS[0]), code=1)
     one, other = told["open_loops"]
     assert (one["corners"], other["corners"]) == (0, 0)

@@ -118,7 +118,7 @@ def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> No
     made = report_mesh(found, surface)
     assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
     assert made.euler == 2
-    assert max(made.to_ground, made.from_ground) < 0.02
+    assert max(made.to_surface, made.from_surface) < 0.02
 
 
 def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:

@@ -219,7 +219,7 @@ def test_a_draft_is_a_closed_mesh_of_quads_near_the_surface(
     assert made.open_edges == made.tangled == made.unfilled == 0
     assert made.flipped <= 0.01 * made.quads
     assert made.euler == 2 - 2 * handles
-    assert max(made.to_ground, made.from_ground) < 0.05
+    assert max(made.to_surface, made.from_surface) < 0.05
     check_network(editor.network, patches=False)
     sides = [half for patch in editor.network.patches.values() for half in patch.loop]
     assert len(sides) == len(set(sides))
@@ -362,7 +362,7 @@ def test_a_surface_of_several_parts_is_drafted_whole(symmetry: bool, source: Pat
     surface = Surface.from_arrays(np.concatenate(parts), np.concatenate(faces)).orient()
     _, made = drafted(surface, source, edge=0.35, symmetry=symmetry)
     assert made.open_edges == 0 and made.euler == 4 and made.flipped == 0
-    assert max(made.to_ground, made.from_ground) < 0.02
+    assert max(made.to_surface, made.from_surface) < 0.02
 
 
 def ring(radius: float, tube: float) -> Surface:
@@ -625,7 +625,7 @@ def test_halves_of_parts_whose_seams_have_corners_are_drafted_part_by_part(
     editor, made = drafted(surface, source, edge=0.25, symmetry=True)
     assert editor.state.plane is not None
     assert made.open_edges == made.flipped == 0 and made.euler == 4
-    assert max(made.to_ground, made.from_ground) < 0.02
+    assert max(made.to_surface, made.from_surface) < 0.02
     chains = editor.network.chains
     for patch in editor.network.patches.values():
         assert not all(SYMMETRY in chains[half >> 1].marks for half in patch.loop)
@@ -657,7 +657,7 @@ def test_parts_smaller_than_an_edge_and_on_others_are_drafted(
     assert made.unfilled == made.tangled == made.flipped == 0
     # Two balls, a ring with a hole and a disk.
     assert made.euler == 2 + 2 + 0 + 1 and made.open_edges > 0
-    assert max(made.to_ground, made.from_ground) < 0.02
+    assert max(made.to_surface, made.from_surface) < 0.02
     check_network(editor.network, patches=False)
 
 
@@ -707,7 +707,7 @@ def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -
     assert any("2 triangles lie in the plane, one at (0, " in note for note in notes), notes
     found = editor.fill()
     made = report_mesh(found, editor.surface, editor.mesh(found))
-    assert made.euler == 3 and made.open_edges > 0 and made.from_ground < 0.02
+    assert made.euler == 3 and made.open_edges > 0 and made.from_surface < 0.02
 
 
 def test_a_tube_that_is_open_at_both_ends_is_drafted(source: PatternSource) -> None:
@@ -720,7 +720,7 @@ def test_a_tube_that_is_open_at_both_ends_is_drafted(source: PatternSource) -> N
     faces = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
     _, made = drafted(Surface.from_arrays(points, faces).orient(), source, edge=0.4, symmetry=False)
     assert made.unfilled == made.flipped == made.tangled == 0
-    assert made.euler == 0 and max(made.to_ground, made.from_ground) < 0.02
+    assert made.euler == 0 and max(made.to_surface, made.from_surface) < 0.02
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signal(2) of the C library")

@@ -79,7 +79,7 @@ def test_what_is_drawn_stays_and_the_rest_is_filled(
     assert made.unfilled == made.open_edges == made.tangled == 0
     assert made.flipped <= 0.02 * made.quads
     assert made.euler == 2
-    assert max(made.to_ground, made.from_ground) < 0.02
+    assert max(made.to_surface, made.from_surface) < 0.02
     do(editor, "undo")
     assert editor.network is before or len(editor.network.chains) == len(before.chains)
 

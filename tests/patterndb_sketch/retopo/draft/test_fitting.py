@@ -70,7 +70,7 @@ def fit(source: PatternSource, kept: tuple[int, ...] = (), still: int = 0) -> Fi
 
 def measure(found: FilledNetwork, surface: Surface) -> tuple[Report, float]:
     made = report_mesh(found, surface)
-    return made, max(made.to_ground, made.from_ground)
+    return made, max(made.to_surface, made.from_surface)
 
 
 def test_fitted_quads_are_nearer_and_none_is_flipped(source: PatternSource) -> None:
@@ -157,7 +157,7 @@ def test_a_half_is_judged_with_its_image(source: PatternSource) -> None:
     )
     other = DraftJudge(half.surface, lopsided)
     worse = other.report(found)
-    assert max(worse.to_ground, worse.from_ground) > 0.02 and other.is_lopsided(found, worse)
+    assert max(worse.to_surface, worse.from_surface) > 0.02 and other.is_lopsided(found, worse)
     assert any("% off at" in said for said in other.list_flaws(found, worse))
 
 
@@ -168,7 +168,7 @@ def test_a_surface_with_horns_is_drafted_to_their_tips(bent: float, source: Patt
     do(editor, "draft", symmetry=False)
     made = report_mesh(editor.fill(), surface)
     assert made.flipped == made.open_edges == made.tangled == 0 and made.euler == 2
-    assert max(made.to_ground, made.from_ground) < 0.02
+    assert max(made.to_surface, made.from_surface) < 0.02
 
 
 def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSource) -> None:

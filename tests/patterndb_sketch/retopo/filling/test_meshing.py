@@ -76,7 +76,7 @@ def test_a_ball_of_eight_patches_is_closed(source: PatternSource) -> None:
     assert (told.patches, told.unfilled, told.irregular) == ({3: 8}, 0, {3: 8})
     assert (told.flipped, told.open_edges, told.tangled, told.euler) == (0, 0, 0, 2)
     assert (told.vertices, told.quads) == (len(mesh.vertices), len(mesh.quads))
-    assert 0.0 < told.to_ground < 0.002
+    assert 0.0 < told.to_surface < 0.002
 
 
 def test_an_empty_network_is_an_empty_mesh(source: PatternSource) -> None:
@@ -84,7 +84,7 @@ def test_an_empty_network_is_an_empty_mesh(source: PatternSource) -> None:
     mesh = weld_fills(found)
     assert (mesh.vertices.shape, mesh.quads.shape) == ((0, 3), (0, 4))
     told = report_mesh(found, plane())
-    assert (told.patches, told.quads, told.euler, told.to_ground) == ({}, 0, 0, 1.0)
+    assert (told.patches, told.quads, told.euler, told.to_surface) == ({}, 0, 0, 1.0)
 
 
 def test_distances_of_known_shapes() -> None:

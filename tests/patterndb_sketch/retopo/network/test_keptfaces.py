@@ -100,8 +100,8 @@ def test_a_cube_with_one_face_split_comes_back() -> None:
     assert (made.quads, made.kept, made.open_edges, made.euler) == (5, {3: 2}, 0, 2)
     # Two corners of the cube have a fourth face now; the six others three.
     assert made.irregular == {3: 6}
-    assert made.to_ground == pytest.approx(0.0, abs=1e-12)
-    assert made.from_ground == pytest.approx(0.0, abs=1e-12)
+    assert made.to_surface == pytest.approx(0.0, abs=1e-12)
+    assert made.from_surface == pytest.approx(0.0, abs=1e-12)
 
 
 def test_a_pentagon_and_its_triangle_come_back() -> None:
