@@ -13,9 +13,6 @@ use crate::vector::{Point, cross, dot, length, max, min, subtract};
 /// its two triangles.
 const SLACK: f64 = 1e-9;
 
-/// A ray whose angle with a triangle's plane has a sine below this runs along it and does not hit it.
-const EDGE_ON: f64 = 1e-9;
-
 /// A line whose direction has a component below this runs across that axis.
 const ACROSS: f64 = 1e-300;
 
