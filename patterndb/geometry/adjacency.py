@@ -1,4 +1,4 @@
-"""What is next to what on a surface: triangles across edges, and vertices along them.
+"""The adjacency of a surface: triangles across edges, and vertices along them.
 
 Surfaces are taken as they are: an edge may have any number of triangles, and neighbours may be
 turned against each other; :func:`orient_triangles` turns them alike.

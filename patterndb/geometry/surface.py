@@ -33,18 +33,18 @@ from patterndb.geometry.triangulation import (
 )
 
 #: A hit along the normal this many times as far as the nearest point is a graze: the line runs
-#: along the surface, and the nearest point is what is meant.
+#: along the surface, and the nearest point is meant.
 GRAZE = 4.0
 
-#: What is drawn within less than this part of a mesh's diagonal is in one place.
+#: Points drawn within less than this part of the diagonal are at one place.
 ONE_PLACE = 1e-6
 
-#: How a place was found, where it is not what was asked for; see :class:`SurfacePoints`.
+#: Kinds of fallback of projected points; see :class:`SurfacePoints`.
 MISSED, LOST = 1, 2
 
 
 class Triangles(Protocol):
-    """What is taken of a surface: a ``trimesh.Trimesh`` is one."""
+    """A mesh of triangles, as ``trimesh.Trimesh`` is one."""
 
     @property
     def vertices(self) -> ArrayLike: ...
@@ -57,11 +57,11 @@ class SurfacePoints:
     """Places on a surface, one for each point or line that was asked about.
 
     surface:   that they are on.
-    triangles: (n,) int32, -1 where there is no place, as for a ray that hits nothing.
+    triangles: (n,) int32, -1 without a place, as for a ray that hits nothing.
     weights:   (n, 3) float64 barycentric, of the triangle's corners; none below 0, sum 1.
-    points:    (n, 3) float64, nan where there is no place.
-    distances: (n,) float64, how far along rays or lines their hits are, inf where there is none;
-               (0,) for places that were found otherwise.
+    points:    (n, 3) float64, nan without a place.
+    distances: (n,) float64, how far along rays or lines their hits are, inf without a hit; (0,) for
+               places that were found otherwise.
     fallback:  (n,) int8, of projected points: 0 for a hit, MISSED or LOST, see ``missed`` and
                ``lost``; (0,) for places that were found otherwise.
     """
@@ -121,7 +121,7 @@ class SurfacePoints:
 
 @dataclass(frozen=True, slots=True)
 class Repairs:
-    """What was changed to make a surface of what was given.
+    """The changes that a constructor made to the triangles it was given.
 
     vertex:   (n,) int32, the surface's number of every vertex given; None where vertices kept
               their numbers, or were sorted.
@@ -142,7 +142,7 @@ class Surface:
 
     vertices:  (v, 3) float64.
     triangles: (t, 3) int32, counter-clockwise seen from outside where the surface has an outside.
-    repairs:   what a constructor changed.
+    repairs:   the changes that a constructor made.
 
     The constructor itself checks nothing: triangles may be without area, and in any order and
     sense. :meth:`from_arrays` checks, :meth:`orient` welds and turns, :meth:`from_soup` welds and
@@ -356,7 +356,7 @@ class Surface:
 
     @property
     def tree(self) -> tuple[Points, Points, Int32Array, Int32Array]:
-        """What the compiled core asks: corners, boxes, nodes and order."""
+        """Arguments of the compiled core: corners, boxes, nodes and order."""
         return self.corners, *self.boxes
 
     def at(self, triangles: Int32Array, weights: Points) -> SurfacePoints:

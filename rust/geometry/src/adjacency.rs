@@ -1,4 +1,4 @@
-//! What is next to what on a surface: triangles across edges, and how they are turned.
+//! The adjacency of a surface: triangles across edges, and how they are turned.
 //!
 //! Side 3 f + e is the edge of triangle f from its corner e to the next. Surfaces are taken as they
 //! are: an edge may have any number of triangles, and neighbours may be turned against each other.
