@@ -151,8 +151,6 @@ def set_value(path: Path, chance: random.Random) -> None:
         )
     with closing(sqlite3.connect(path, isolation_level=None)) as connection:
         connection.execute("PRAGMA ignore_check_constraints = ON")
-        for trigger in ("added", "removed", "changed"):
-            connection.execute(f"DROP TRIGGER occurrence_{trigger}")
         key = KEYS.get(table, "rowid")
         row = connection.execute(
             f"SELECT {key} FROM {table} "  # noqa: S608 - of our own constants
