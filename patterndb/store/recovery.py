@@ -46,6 +46,10 @@ from patterndb.system.files import write_beside
 TABLES = {"mesh": 1, "pattern": 1, "occurrence": 2, "usage": 1}
 
 
+#: Patches of one occurrence, at most: sums over millions of rows stay far below 2**63.
+MOST_PATCHES = 1 << 40
+
+
 @dataclass
 class RecoveryReport:
     """What was recovered of a damaged database.
@@ -104,7 +108,7 @@ def recover_database(path: Path, into: Path) -> RecoveryReport:
 def _check_tables(source: sqlite3.Connection, path: Path) -> None:
     try:
         tables = {row[0] for row in source.execute("SELECT name FROM sqlite_schema")}
-    except sqlite3.DatabaseError as error:
+    except (sqlite3.DatabaseError, UnicodeDecodeError) as error:
         raise DatabaseError(
             f"nothing of {path} can be read ({error}); restore it from a copy, or learn its "
             "meshes again"
@@ -128,11 +132,11 @@ def _read_rows(
             last = row[:n_key]
             yield row
         return
-    except (sqlite3.DatabaseError, TypeError):
+    except (sqlite3.DatabaseError, TypeError, UnicodeDecodeError):
         found.unreadable.append(table)
     later: tuple[Any, ...] | None = None
     order = ", ".join(f"{number + 1} DESC" for number in range(n_key))
-    with contextlib.suppress(sqlite3.DatabaseError, TypeError):
+    with contextlib.suppress(sqlite3.DatabaseError, TypeError, UnicodeDecodeError):
         for row in source.execute(f"{select} ORDER BY {order}"):
             is_new = last is None or row[:n_key] > last
             if not is_new or (later is not None and not row[:n_key] < later):
@@ -157,8 +161,7 @@ def _recover_meshes(
     source: sqlite3.Connection, target: sqlite3.Connection, found: RecoveryReport
 ) -> dict[int, bytes]:
     """Write meshes; return the sums of their occurrences by id."""
-    cursor = source.execute("SELECT * FROM mesh LIMIT 0")
-    names = [column[0] for column in cursor.description]
+    names = [row[1] for row in source.execute("PRAGMA table_info(mesh)")]
     sums: dict[int, bytes] = {}
     for values in _read_rows(source, "SELECT * FROM mesh", "mesh", found):
         row = dict(zip(names, values, strict=True))
@@ -202,6 +205,8 @@ def _recover_occurrences(
         pattern = patterns.get(row.pattern_id)
         if pattern is None or row.mesh_id not in origins:
             lost["its pattern or its mesh is lost"] += 1
+        elif type(row.patches) is not int or row.patches > MOST_PATCHES:
+            lost["its number of patches cannot be"] += 1
         elif row.mirrored_patches and not pattern.chiral:
             lost["its pattern is its own mirror image, but has others"] += 1
         elif not are_examples_sound(

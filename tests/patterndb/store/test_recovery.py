@@ -114,6 +114,7 @@ def test_rows_around_one_spoiled_leaf_are_saved(used: Path, tmp_path: Path) -> N
         ("UPDATE occurrence SET example = x'80' WHERE mesh_id = 1", "occurrence"),
         ("UPDATE occurrence SET patches = 0 WHERE mesh_id = 1", "occurrence"),
         ("UPDATE occurrence SET patches = 'x' WHERE mesh_id = 1", "occurrence"),
+        ("UPDATE occurrence SET patches = 1 << 62 WHERE mesh_id = 1", "occurrence"),
         ("UPDATE usage SET uses = -1", "usage"),
     ],
 )
@@ -155,6 +156,10 @@ def test_what_cannot_be_is_refused(used: Path, tmp_path: Path) -> None:
     saved = tmp_path / "saved.db"
     other = tmp_path / "other.db"
     other.write_bytes(b"no database at all" * 100)
+    with pytest.raises(DatabaseError, match="nothing of"):
+        recover_database(other, saved)
+    data = used.read_bytes()
+    other.write_bytes(data.replace(b"CREATE TABLE mesh", b"CREATE TABLE \xc8esh"))
     with pytest.raises(DatabaseError, match="nothing of"):
         recover_database(other, saved)
     empty = tmp_path / "empty.db"
