@@ -13,9 +13,13 @@ from patterndb._native.features.fishbone.tracking import track
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.fishbone.cut import RibCut, check_costs
+from patterndb_sketch.features.fishbone.cut import (
+    RibCut,
+    check_costs,
+    solve_around,
+    unroll_table,
+)
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
-from patterndb_sketch.features.fishbone.seam import solve_around, unroll_table
 
 #: How steeply a crease runs across the rows at most, as the tangent of its angle to the backbone:
 #: what goes farther from one rib to the next leaps.
