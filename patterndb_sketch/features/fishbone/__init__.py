@@ -1,8 +1,7 @@
 """Fishbones: ribs across a curve, what pulls the curve along them, and the cut through them.
 
 Read fishbone (the ribs as arrays), terms (what pulls), pins (which crease is meant), cut (the
-cheapest way across), tracking (the cheapest that keeps to one crease), seam (both, of a closed
-curve).
+cheapest way across, also of a closed curve), tracking (the cheapest that keeps to one crease).
 """
 
 from patterndb_sketch.features.fishbone.cut import RibCut, cut, find_held_rows, find_moves
