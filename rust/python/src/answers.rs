@@ -116,7 +116,7 @@ answer_tuples!(
 macro_rules! compute {
     ($py:ident, $($array:ident),* => $value:expr) => {{
         $(let $array = std::ops::Deref::deref(&$array);)*
-        $crate::arrays::run($py, || $value)
+        $crate::unlocked::run($py, || $value)
             .and_then(|found| $crate::answers::Answer::answer(found, $py))
     }};
 }

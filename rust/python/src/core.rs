@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 
 use crate::answers::{Answered, add_functions, compute, place_or_none};
 use crate::arguments::{Items, ItemsMut, Rows, RowsMut};
-use crate::arrays::run;
+use crate::unlocked::run;
 
 /// Return the sense in which a code is read.
 pub fn sense(clockwise: bool) -> Sense {

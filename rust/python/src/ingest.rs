@@ -15,8 +15,8 @@ use pyo3::types::PyTuple;
 
 use crate::answers::{Answer, Answered, add_functions, compute};
 use crate::arguments::{Items, ItemsMut, Rows, RowsMut};
-use crate::arrays::run;
 use crate::core::{WorkArrays, reduction_work};
+use crate::unlocked::run;
 
 /// The flag that stops searches, and the number of patches met so far.
 ///

@@ -2,11 +2,10 @@
 //!
 //! A submodule here has the name of the Python module that calls it (`_native.core.halfedge` is
 //! called by `patterndb.core.halfedge`). Functions release the interpreter's lock while they
-//! compute. A panic in a crate reaches Python as `RuntimeError`, see [`arrays::run`].
+//! compute. A panic in a crate reaches Python as `RuntimeError`, see [`unlocked::run`].
 
 mod answers;
 mod arguments;
-mod arrays;
 mod core;
 mod features;
 mod flag;
@@ -14,8 +13,8 @@ mod geometry;
 mod ingest;
 mod query;
 mod retopo;
-mod rows;
 mod surfacing;
+mod unlocked;
 mod viewer;
 
 use pyo3::prelude::*;
@@ -33,7 +32,7 @@ fn add_module<'py>(parent: &Bound<'py, PyModule>, name: &str) -> PyResult<Bound<
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    arrays::keep_places_of_panics();
+    unlocked::keep_places_of_panics();
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     core::add(&add_module(module, "core")?)?;
     features::add(&add_module(module, "features")?)?;

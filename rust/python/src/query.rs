@@ -1,27 +1,136 @@
 //! `patterndb._native.query`.
 
-mod construct;
-mod expand;
-mod families;
 mod holes;
-mod identity;
-mod marks;
 mod placing;
-mod recognise;
 mod solving;
 
+use patterndb_query::construct::{parts, plan, prolong};
+use patterndb_query::families::growing::{self, Bounds};
+use patterndb_query::{expand, identity, recognise};
 use pyo3::prelude::*;
 
 use crate::add_module;
+use crate::answers::{Answered, add_functions, compute};
+use crate::arguments::{Items, Rows};
 
-pub fn add(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    construct::add(&add_module(module, "construct")?)?;
-    expand::add(&add_module(module, "expand")?)?;
-    families::add(&add_module(module, "families")?)?;
-    holes::add(&add_module(module, "holes")?)?;
-    identity::add(&add_module(module, "identity")?)?;
-    marks::add(&add_module(module, "marks")?)?;
-    recognise::add(&add_module(module, "recognise")?)?;
-    placing::add(&add_module(module, "placing")?)?;
-    solving::add(&add_module(module, "solving")?)
+#[pyfunction]
+fn find_pentagon_cuts<'py>(
+    py: Python<'py>,
+    lengths: Items<'py, i64>,
+    counts: Items<'py, i64>,
+    ample: i64,
+) -> Answered<'py> {
+    compute!(py, lengths, counts => {
+        let cuts = parts::find_pentagon_cuts(lengths, counts, ample);
+        let row = |cut: &parts::PentagonCut| [cut.side as i64, cut.before, cut.after, cut.chord];
+        cuts.iter().map(row).collect::<Vec<_>>()
+    })
+}
+
+#[pyfunction]
+fn find_best_places<'py>(py: Python<'py>, gain: Items<'py, i64>) -> Answered<'py> {
+    compute!(py, gain => {
+        let best = parts::find_best_places(gain);
+        (best.gain, best.p, best.a)
+    })
+}
+
+/// Return the two loops into which a chord cuts one.
+#[pyfunction]
+#[pyo3(signature = (r#loop, start, end, inner))]
+fn split_loop<'py>(
+    py: Python<'py>,
+    r#loop: Items<'py, i32>,
+    start: i64,
+    end: i64,
+    inner: Items<'py, i32>,
+) -> Answered<'py> {
+    let vertices = r#loop;
+    compute!(py, vertices, inner => {
+        let [left, right] = plan::split_loop(vertices, start, end, inner);
+        (left, right)
+    })
+}
+
+/// Return cuts as rows, and guesses of their irregular vertices.
+#[pyfunction]
+fn list_prolongations<'py>(
+    py: Python<'py>,
+    lengths: Items<'py, i64>,
+    counts: Items<'py, i64>,
+    most_perimeter: i64,
+) -> Answered<'py> {
+    compute!(py, lengths, counts => {
+        let cuts = prolong::list_prolongations(lengths, counts, most_perimeter);
+        let rows: Vec<[i64; 5]> = cuts
+            .iter()
+            .map(|cut| [cut.corner as i64, cut.back.into(), cut.far as i64, cut.place, cut.length])
+            .collect();
+        (rows, cuts.iter().map(|cut| cut.guess).collect::<Vec<_>>())
+    })
+}
+
+/// Return codes one after the other, and where each begins and the last ends.
+#[pyfunction]
+fn grow_patterns(py: Python<'_>, most: i32, valence: i32, max_quads: usize) -> Answered<'_> {
+    compute!(py, => {
+        let grown = growing::grow_patterns(Bounds { most, valence, max_quads });
+        (grown.flat, grown.offsets)
+    })
+}
+
+#[pyfunction]
+fn expand_quads<'py>(
+    py: Python<'py>,
+    twin: Items<'py, i32>,
+    across: Items<'py, i32>,
+    perimeter: i32,
+    first: i32,
+    mirrored: bool,
+) -> Answered<'py> {
+    compute!(py, twin, across => expand::expand_quads(twin, across, perimeter, first, mirrored))
+}
+
+#[pyfunction]
+fn weld_quads<'py>(
+    py: Python<'py>,
+    quads: Rows<'py, i32, 4>,
+    n_vertices: usize,
+    perimeter: i32,
+) -> Answered<'py> {
+    compute!(py, quads => {
+        let (twin, fault) = identity::weld_quads(quads, n_vertices, perimeter);
+        (twin, fault as u8)
+    })
+}
+
+#[pyfunction]
+fn read_code<'py>(
+    py: Python<'py>,
+    quads: Rows<'py, i32, 4>,
+    twin: Items<'py, i32>,
+    closed: bool,
+) -> Answered<'py> {
+    compute!(py, quads, twin => identity::read_code(quads, twin, closed))
+}
+
+#[pyfunction]
+fn lengths<'py>(py: Python<'py>, twin: Items<'py, i32>, head: Items<'py, i32>) -> Answered<'py> {
+    compute!(py, twin, head => recognise::lengths(twin, head))
+}
+
+pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
+    let module = &add_module(parent, "construct")?;
+    add_functions!(module, "parts": find_pentagon_cuts, find_best_places);
+    add_functions!(module, "plan": split_loop);
+    add_functions!(module, "prolong": list_prolongations);
+    let module = &add_module(parent, "families")?;
+    add_functions!(module, "growing": grow_patterns);
+    add_functions!(parent, "expand": expand_quads);
+    add_functions!(parent, "identity": read_code, weld_quads);
+    add_functions!(parent, "recognise": lengths);
+    holes::add(&add_module(parent, "holes")?)?;
+    placing::add(&add_module(parent, "placing")?)?;
+    solving::add(&add_module(parent, "solving")?)?;
+    solving::add_marks(&add_module(parent, "marks")?)
 }

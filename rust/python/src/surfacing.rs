@@ -19,7 +19,7 @@ use pyo3::prelude::*;
 
 use crate::answers::{Answer, Answered, add_functions, compute};
 use crate::arguments::{Blocks, Items, ItemsMut, Rows, RowsMut, TableMut, take};
-use crate::arrays::run;
+use crate::unlocked::run;
 
 /// Return places as numbers.
 fn from_places(places: Vec<usize>) -> Vec<i64> {

@@ -1,11 +1,10 @@
-//! What all bindings share: computing without the interpreter's lock, and arrays as slices.
+//! Computing without the interpreter's lock, and panics as Python errors.
 
 use std::any::Any;
 use std::cell::RefCell;
 use std::panic::{self, AssertUnwindSafe, catch_unwind};
 
-use numpy::{Element, PyReadonlyArray1, PyReadwriteArray1};
-use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 
 thread_local! {
@@ -38,18 +37,4 @@ fn describe(panic: &(dyn Any + Send)) -> String {
         .unwrap_or_default();
     let place = PLACE.with(RefCell::take);
     format!("internal error in the compiled core, at {place}: {text}")
-}
-
-/// Return the elements of an array to read; ValueError where it is not contiguous.
-pub fn read<'a, T: Element>(array: &'a PyReadonlyArray1<'_, T>) -> PyResult<&'a [T]> {
-    array
-        .as_slice()
-        .map_err(|_| PyValueError::new_err("an array is not contiguous"))
-}
-
-/// Return the elements of an array to write to; ValueError where it is not contiguous.
-pub fn write<'a, T: Element>(array: &'a mut PyReadwriteArray1<'_, T>) -> PyResult<&'a mut [T]> {
-    array
-        .as_slice_mut()
-        .map_err(|_| PyValueError::new_err("an array is not contiguous"))
 }
