@@ -56,7 +56,7 @@ MODULES: dict[str, tuple[str, ...] | None] = {
         "FilledNetwork",
         "RetopoMesh",
         "fill_network",
-        "weld_fills",
+        "weld_patches",
         "rank_fills",
     ),
     "patterndb_sketch.retopo.filling.report": ("Report", "report_mesh", "hausdorff"),

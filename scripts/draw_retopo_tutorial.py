@@ -23,7 +23,7 @@ from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import RetopoMesh, find_irregular_vertices, weld_fills
+from patterndb_sketch.retopo.filling import RetopoMesh, find_irregular_vertices, weld_patches
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.script import Script, script_of
 
@@ -127,7 +127,7 @@ def picture(
     plotter = pv.Plotter(off_screen=True, window_size=[FINER * size[0], FINER * size[1]])
     plotter.set_background(PAPER)  # pyright: ignore[reportCallIssue, reportArgumentType]
     filled = editor.fill()
-    mesh = weld_fills(filled)
+    mesh = weld_patches(filled)
     at = surface.vertices
     if quads and len(mesh.quads):
         at = at - _depths(mesh, surface, edge)[:, None] * eye
@@ -191,7 +191,7 @@ def _quads(
 ) -> None:
     """Quads in the colours of their patches, their edges, and irregular vertices; edge: the
     length that these are as large as."""
-    mesh = weld_fills(editor.fill())
+    mesh = weld_patches(editor.fill())
     colour = colours(editor)
     body = pv.PolyData.from_regular_faces(points, mesh.quads)
     tints = [[int(colour[p][k : k + 2], 16) for k in (1, 3, 5)] for p in mesh.patch.tolist()]

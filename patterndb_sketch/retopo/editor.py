@@ -24,7 +24,7 @@ from patterndb_sketch.retopo.filling import (
     RetopoMesh,
     fill_network,
     release_vertices,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.flaws import describe_leaps, describe_open_ends
 from patterndb_sketch.retopo.network import Network, add_borders
@@ -252,7 +252,7 @@ class Retopology:
     def mesh(self, found: FilledNetwork) -> RetopoMesh:
         """The quads of the filled network as one mesh; while symmetry is on with their image."""
         plane = self.state.plane
-        mesh = weld_fills(found)
+        mesh = weld_patches(found)
         return mesh if plane is None else mirror_mesh(mesh, found.network, plane).mesh
 
     def adopt(self, network: Network, found: FilledNetwork) -> bool:

@@ -27,7 +27,7 @@ from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fixedcurves import find_fixed_curves
 from patterndb_sketch.retopo.draft.shapematching import match_squares, mean_normals
-from patterndb_sketch.retopo.filling import FilledNetwork, place_fill, weld_fills
+from patterndb_sketch.retopo.filling import FilledNetwork, place_fill, weld_patches
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.placing import name_border_vertices
@@ -150,7 +150,7 @@ class _Fit:
         self.sizes = sizes
         self.laid = laid
         self.kept = kept
-        self.mesh = weld_fills(found)
+        self.mesh = weld_patches(found)
         self.at, self.normals = self.mesh.vertices.copy(), self.mesh.normals.copy()
         self.number = number_vertices(found, self.mesh)
         self.on_network = self._name_vertices()

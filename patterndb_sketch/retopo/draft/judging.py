@@ -13,7 +13,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
+from patterndb_sketch.retopo.filling import FilledNetwork, weld_patches
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.report import Report, cut_quads, hausdorff, report_mesh
 from patterndb_sketch.retopo.symmetry import Half, mirror_mesh
@@ -42,7 +42,7 @@ class DraftJudge:
 
     def weld(self, found: FilledNetwork) -> RetopoMesh:
         """The mesh, with its image."""
-        mesh = weld_fills(found)
+        mesh = weld_patches(found)
         return mesh if self.half is None else mirror_mesh(mesh, found.network, self.half.plane).mesh
 
     def report(self, found: FilledNetwork) -> Report:
@@ -65,7 +65,7 @@ class DraftJudge:
         symmetric as that, and no other draft of the half is nearer."""
         if self.half is None or max(made.to_surface, made.from_surface) <= self.most_off:
             return False
-        mesh = weld_fills(found)
+        mesh = weld_patches(found)
         own = hausdorff(mesh.vertices, mesh.quads, self.surface)
         return max(own) * self.surface.diagonal <= self.most_off * self.whole.diagonal
 

@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.filling import (
     filling_of,
     has_suitable_fill,
     side_lengths,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.filling.report import cut_quads
 from patterndb_sketch.retopo.network import Network
@@ -101,7 +101,7 @@ def _list_near(found: FilledNetwork, due: set[int], samples: Points) -> Points:
     """Those of samples that are nearest to quads of some patches."""
     if due >= found.placed.keys():
         return samples
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     triangles = cut_quads(mesh.vertices, mesh.quads)
     cover = Surface.from_arrays(mesh.vertices, triangles)
     nearest = cover.nearest(samples).triangles

@@ -34,7 +34,7 @@ from patterndb_sketch.retopo.filling.mesh import (
     fill_network,
     find_irregular_vertices,
     find_open_edges,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.filling.placing import (
     PlacedPatch,
@@ -72,5 +72,5 @@ __all__ = [
     "step_fill",
     "take_fill",
     "trace_border",
-    "weld_fills",
+    "weld_patches",
 ]

@@ -152,7 +152,7 @@ class RetopoMesh:
         return np.concatenate(tail), np.concatenate(head)
 
 
-def weld_fills(found: FilledNetwork) -> RetopoMesh:
+def weld_patches(found: FilledNetwork) -> RetopoMesh:
     """The patches as one mesh, welded by what the network says is one place, never by distance."""
     network = found.network
     name: dict[tuple[int, int], int] = {}

@@ -16,7 +16,7 @@ from patterndb_sketch.retopo.filling.mesh import (
     RetopoMesh,
     find_irregular_vertices,
     find_open_edges,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.network import HalfChain, Network, walk_face
 
@@ -53,7 +53,7 @@ class Report:
 
 def report_mesh(found: FilledNetwork, surface: Surface, mesh: RetopoMesh | None = None) -> Report:
     """What the mesh of a filled network is like."""
-    mesh = weld_fills(found) if mesh is None else mesh
+    mesh = weld_patches(found) if mesh is None else mesh
     corners: dict[int, int] = {}
     for patch in found.network.patches.values():
         n = len(patch.corners)

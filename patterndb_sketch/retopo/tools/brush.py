@@ -26,7 +26,7 @@ from patterndb_sketch.retopo.filling.mesh import (
     FilledNetwork,
     RetopoMesh,
     name_border_vertices,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths, trace_border
 from patterndb_sketch.retopo.network import Chain, Edit, Network, OpenNetwork, set_choice
@@ -227,7 +227,7 @@ class BrushedQuads:
                 network, found.placed[patch] = fill_patch(network, surface, source, patch)
             except RefusedError as error:
                 notes.append(str(error))
-        mesh = weld_fills(replace(found, network=network))
+        mesh = weld_patches(replace(found, network=network))
         share = weigh_falloff(mesh.vertices, point, sizes.brush) * (mesh.normals @ normal > 0.0)
         if not share.any():
             raise RefusedError("no quads are under the brush; point at some, or make it larger")

@@ -10,7 +10,7 @@ import trimesh
 import patterndb
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import fill_network, find_open_edges, weld_fills
+from patterndb_sketch.retopo.filling import fill_network, find_open_edges, weld_patches
 from patterndb_sketch.retopo.filling.fills import step_fill
 from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.quadimport import import_quads
@@ -28,7 +28,9 @@ def test_filling_leaves_what_was_imported() -> None:
     with patterndb.open() as source:
         whole = fill_network(found.network, found.surface, source, found.sizes.edge)
         assert whole.network is found.network
-        assert weld_fills(whole).vertices.tobytes() == weld_fills(found.filled).vertices.tobytes()
+        assert (
+            weld_patches(whole).vertices.tobytes() == weld_patches(found.filled).vertices.tobytes()
+        )
         # The fill is the database's own: another can be taken, and the first again.
         patch = min(found.network.patches)
         other = step_fill(found.network, patch, source, 1)
@@ -41,7 +43,7 @@ def test_filling_leaves_what_was_imported() -> None:
         check_network(edit.network)
         assert len(edit.network.patches) == 59
         after = fill_network(edit.network, found.surface, source, found.sizes.edge)
-    made = weld_fills(after)
+    made = weld_patches(after)
     assert len(find_open_edges(made)) == 0
     kept = found.network.patches.keys() & edit.network.patches.keys()
     assert len(kept) == 58
@@ -77,7 +79,7 @@ def test_on_another_surface_vertices_lie_on_it() -> None:
     points = 2.0 * points - 1.0
     found = import_quads(points, quads, surface)
     check_network(found.network)
-    made = weld_fills(found.filled)
+    made = weld_patches(found.filled)
     gaps = surface.nearest(made.vertices).points - made.vertices
     assert abs(gaps).max() < 1e-12
     for chain in found.network.chains.values():
@@ -91,11 +93,11 @@ def test_quads_follow_a_curve_that_is_pulled() -> None:
     points, quads = cube(4)
     with patterndb.open() as source:
         editor = Retopology.of_quads(import_quads(points, quads), source)
-        before = weld_fills(editor.fill())
+        before = weld_patches(editor.fill())
         outcome = editor.do(Call("pull", {"at": [1.0, 0.5, 0.0], "to": [1.0, 0.5, 0.2]}))
         assert outcome.changed, outcome.refused
         check_network(editor.network)
-        after = weld_fills(editor.fill())
+        after = weld_patches(editor.fill())
         assert len(after.quads) == len(quads)
         assert len(find_open_edges(after)) == 0
         one, two = ({tuple(p) for p in m.vertices.tolist()} for m in (before, after))
@@ -103,4 +105,4 @@ def test_quads_follow_a_curve_that_is_pulled() -> None:
         # The two patches beside the cube's edge moved, the inner vertices of the others not.
         assert 4 * 9 <= len(kept) < len(before.vertices) - 2 * 9
         editor.do(Call("undo"))
-        assert np.array_equal(weld_fills(editor.fill()).vertices, before.vertices)
+        assert np.array_equal(weld_patches(editor.fill()).vertices, before.vertices)

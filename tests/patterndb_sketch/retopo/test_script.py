@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.editor import Call, Outcome, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
+from patterndb_sketch.retopo.filling import FilledNetwork, weld_patches
 from patterndb_sketch.retopo.script import (
     Script,
     ScriptLine,
@@ -186,7 +186,7 @@ import hashlib, sys
 import trimesh
 import patterndb
 from patterndb_sketch.retopo.editor import Retopology
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling import weld_patches
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.script import play_script, read_script
 from pathlib import Path
@@ -195,7 +195,7 @@ mesh = trimesh.creation.icosphere(subdivisions=4)
 with patterndb.open() as source:
     editor = Retopology(Surface.from_arrays(mesh.vertices, mesh.faces).orient(), source)
     list(play_script(read_script(Path(sys.argv[1])), editor, lambda name, found: None))
-    made = weld_fills(editor.fill())
+    made = weld_patches(editor.fill())
 print(hashlib.sha256(made.vertices.tobytes() + made.quads.tobytes()).hexdigest())
 """
 
@@ -208,7 +208,7 @@ def test_the_same_script_gives_the_same_mesh_whatever_the_threads(
     path.write_text("\n".join(BALL[:-1]))
     editor = Retopology(sphere(), source)
     list(play_script(read_script(path), editor, lambda name, found: None))
-    mesh = weld_fills(editor.fill())
+    mesh = weld_patches(editor.fill())
     here = hashlib.sha256(mesh.vertices.tobytes() + mesh.quads.tobytes()).hexdigest()
     threads = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     checkout = Path(__file__).parents[3]

@@ -13,7 +13,7 @@ from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Retopology
-from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
+from patterndb_sketch.retopo.filling import FilledNetwork, weld_patches
 from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.network.faces import count_genus, count_handles
@@ -52,7 +52,7 @@ def played() -> tuple[Surface, FilledNetwork]:
 
 def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_surface() -> None:
     surface, found = played()
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert mesh.quads.shape[1] == 4
     assert all(len(set(quad)) == 4 for quad in mesh.quads.tolist())
     # Every edge has one quad on either side, which pass it in opposite ways.
@@ -90,7 +90,7 @@ def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() ->
 
 def test_quads_and_surface_are_near_to_each_other() -> None:
     surface, found = played()
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert max(hausdorff(mesh.vertices, mesh.quads, surface)) < NEAR
     # Vertices are on the surface, those of curves on chords between samples of these.
     off = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.filling import has_suitable_fill, weld_fills
+from patterndb_sketch.retopo.filling import has_suitable_fill, weld_patches
 from patterndb_sketch.retopo.network import BORDER, check_network
 from patterndb_sketch.retopo.quadgrids import check_quads, mark_separatrices
 from patterndb_sketch.retopo.quadimport import QuadImport
@@ -77,7 +77,7 @@ def cycles(quads: NDArray[np.integer]) -> list[tuple[int, ...]]:
 def is_again(found: QuadImport, mesh: Mesh) -> None:
     """The welded mesh is the one imported: the same vertices, bit for bit, and the same quads."""
     points, quads = mesh
-    made = weld_fills(found.filled)
+    made = weld_patches(found.filled)
     rows = np.concatenate(
         [found.vertex[p][found.filled.placed[p].quads] for p in sorted(found.filled.placed)]
     )

@@ -14,7 +14,7 @@ from patterndb_sketch.retopo.filling import (
     filling_of,
     has_suitable_fill,
     side_lengths,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.network import Network, check_network
 from query.engine import PatternSource
@@ -58,7 +58,7 @@ def drawn_quads(source: PatternSource, network: Network) -> Int32Array:
     """The quads of the mesh, which must be manifold."""
     found = fill_network(network, plane(), source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert_manifold(mesh)
     return mesh.quads
 

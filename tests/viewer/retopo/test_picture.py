@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling import weld_patches
 from query.engine import PatternSource
 from tests.support.viewer.events import read
 from tests.support.viewer.sheets import (
@@ -239,7 +239,7 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     none = replace(shown.filled, placed={})
     for filled, made, told in (
         (found, body, "2 quads, in red"),
-        (none, NetworkBody.made_of(none, state.surface, weld_fills(none)), "0, 1 patch without"),
+        (none, NetworkBody.made_of(none, state.surface, weld_patches(none)), "0, 1 patch without"),
     ):
         state.editing.work.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling import weld_patches
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.table import TOOLS
 from query.engine import PatternSource
@@ -101,7 +101,7 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
         assert again.do(call).changed
         again.fill()
     assert are_equal(again.network, state.network) and again.sizes == state.sizes
-    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_patches(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert quads_of(state) > 0
 
 

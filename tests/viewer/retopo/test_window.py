@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.retopo.editor import Retopology
-from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
+from patterndb_sketch.retopo.filling import RetopoMesh, weld_patches
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
@@ -52,7 +52,7 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     assert script.surface == "sheet.obj"
     again = Retopology(sheet(), source)
     assert len(list(play_script(script, again, lambda _path, _found: None))) == 4
-    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_patches(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert read(tmp_path / "retopo-1.png").shape[:2] == (SIZE[1], SIZE[0])
     lost = writer(tmp_path / "no")
     state.editing.files = lost

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
+from patterndb_sketch.retopo.filling import FilledNetwork, weld_patches
 from patterndb_sketch.retopo.filling.choice import Choice
 from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, rank_fills
 from query.engine import PatternSource
@@ -71,7 +71,7 @@ def test_the_script_of_a_session_gives_the_same_mesh(
     for call in state.editing.calls:
         assert again.do(call).changed
         again.fill()
-    one, other = state.shown.body.mesh, weld_fills(again.fill())
+    one, other = state.shown.body.mesh, weld_patches(again.fill())
     assert np.array_equal(one.vertices, other.vertices)
     assert np.array_equal(one.quads, other.quads) and len(one.quads) > 0
 

@@ -25,7 +25,7 @@ from patterndb_sketch.retopo.filling import (
     divide_chain,
     fill_network,
     place_fill,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.network import Network, check_network
@@ -179,7 +179,7 @@ def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSourc
     quads = len(editor.mesh(editor.fill()).quads)
     assert any(f" {quads} quads" in note for note in outcome.notes)
     assert cut_half(surface, Plane.of((0, 0, 0), (1, 0, 0))).whole is surface
-    assert len(weld_fills(editor.fill()).quads) * 2 == quads
+    assert len(weld_patches(editor.fill()).quads) * 2 == quads
 
 
 @pytest.mark.parametrize("symmetry", [True, False])

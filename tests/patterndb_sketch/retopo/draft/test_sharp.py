@@ -36,7 +36,7 @@ from patterndb_sketch.retopo.draft.task import DraftGoal, DraftTask
 from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling import weld_patches
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.network import Network, add_borders, check_network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -283,7 +283,7 @@ def test_a_box_keeps_its_edges_and_has_as_many_quads_as_asked(
     # Without them, corners are rounded off.
     rounded = Retopology(surface, source)
     rounded.do(Call("draft", {"quads": 300, "symmetry": False, "sharp": "none"}))
-    there = weld_fills(rounded.fill()).vertices
+    there = weld_patches(rounded.fill()).vertices
     off = [np.linalg.norm(there - surface.vertices[v], axis=1).min() for v in corners]
     assert max(off) > 1e-3
 

@@ -13,7 +13,7 @@ from patterndb_sketch.retopo.filling import (
     find_strip,
     free_counts,
     side_lengths,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.network import Network, set_count
 from query.engine import PatternSource
@@ -149,10 +149,10 @@ def test_strips_end_where_sides_are_of_several_curves(source: PatternSource) -> 
 
 def test_a_loop_through_a_row_is_twelve_quads_more(source: PatternSource) -> None:
     editor = drawn_grid(source)
-    before = weld_fills(editor.fill())
+    before = weld_patches(editor.fill())
     assert len(before.quads) == 9 * 16
     do(editor, "subdivide", at=[0.5, 0, 0], by=1, strip=True)
     found = editor.fill()
-    assert len(weld_fills(found).quads) == len(before.quads) + 12
+    assert len(weld_patches(found).quads) == len(before.quads) + 12
     fives = [c for c, chain in found.network.chains.items() if chain.count == 5]
     assert set(fives) == {chain_at(found.network, 0.5, y) for y in range(4)}

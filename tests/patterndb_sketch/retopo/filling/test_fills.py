@@ -21,7 +21,7 @@ from patterndb_sketch.retopo.filling import (
     side_lengths,
     step_fill,
     take_fill,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.network import Network, are_equal, set_choice, set_count
@@ -154,7 +154,7 @@ def test_a_flow_line_that_leads_nowhere_leaves_its_patch_empty_and_is_told(
     assert found.placed.keys() == grid.patches.keys() - {patch}
     (note,) = found.notes
     assert note.startswith(f"patch {patch} cannot be filled: the stroke")
-    assert len(weld_fills(found).quads) == 8 * 16
+    assert len(weld_patches(found).quads) == 8 * 16
 
 
 def test_a_patch_of_an_odd_border_is_refused_and_told(source: PatternSource, grid: Network) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling import weld_patches
 from patterndb_sketch.retopo.quadimport import import_quads, refuse_losses
 from query.engine import PatternSource
 from tests.support.retopo.editors import SIZES, do, line
@@ -24,7 +24,7 @@ def square(editor: Retopology, low: float, high: float) -> None:
 
 def covered(editor: Retopology) -> float:
     """The area of all quads; all lie on the plane."""
-    mesh = weld_fills(editor.fill())
+    mesh = weld_patches(editor.fill())
     corner = mesh.vertices[mesh.quads]
     assert (corner[..., 2] == 0.0).all()
     one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
@@ -120,7 +120,7 @@ def test_a_mesh_whose_parts_touch_along_borders_loses_no_quad(
     editor.restore(editor.state)
     found = editor.fill()
     refuse_losses(found)
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert len(mesh.quads) == len(quads) and len(mesh.vertices) == len(points)
     assert sorted(map(tuple, np.sort(mesh.vertices[mesh.quads].mean(axis=1), axis=0).tolist())) == (
         sorted(map(tuple, np.sort(points[quads].mean(axis=1), axis=0).tolist()))
@@ -134,7 +134,7 @@ def test_parts_that_touch_stay_apart_where_one_is_filled_otherwise(source: Patte
     do(editor, "insertloop", at=[2.5, 0.0, 0.0])
     found = editor.fill()
     assert not any("lies within it" in note for note in found.notes)
-    assert len(weld_fills(found).quads) > len(quads)
+    assert len(weld_patches(found).quads) > len(quads)
 
 
 def test_quads_that_were_given_are_not_lost_in_silence(source: PatternSource) -> None:

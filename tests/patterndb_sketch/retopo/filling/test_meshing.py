@@ -13,7 +13,7 @@ from patterndb_sketch.retopo.filling import (
     fill_network,
     find_irregular_vertices,
     find_open_edges,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
 from patterndb_sketch.retopo.network import Network
@@ -39,7 +39,7 @@ def test_neighbours_share_their_vertices(source: PatternSource) -> None:
     editor = drawn_grid(source)
     do(editor, "stroke", points=line((0, 0.5), (0.5, 1), (0.5, 1.5), (1, 2)))
     found = editor.fill()
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert_welded(found, mesh)
     assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices), "none is there twice"
     edges = edges_of(mesh)
@@ -60,7 +60,7 @@ def test_neighbours_share_their_vertices(source: PatternSource) -> None:
 def test_a_ball_of_eight_patches_is_closed(source: PatternSource) -> None:
     editor = drawn_octants(source)
     found = editor.fill()
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert_welded(found, mesh)
     edges = edges_of(mesh)
     assert {(b, a) for a, b in edges} == edges
@@ -81,7 +81,7 @@ def test_a_ball_of_eight_patches_is_closed(source: PatternSource) -> None:
 
 def test_an_empty_network_is_an_empty_mesh(source: PatternSource) -> None:
     found = fill_network(Network(), plane(), source, EDGE)
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert (mesh.vertices.shape, mesh.quads.shape) == ((0, 3), (0, 4))
     told = report_mesh(found, plane())
     assert (told.patches, told.quads, told.euler, told.to_surface) == ({}, 0, 0, 1.0)
@@ -107,7 +107,7 @@ def test_distances_of_known_shapes() -> None:
 def test_quads_that_pass_an_edge_the_same_way_are_told(source: PatternSource) -> None:
     editor = drawn_grid(source, 2)
     found = editor.fill()
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     doubled = replace(
         mesh,
         quads=np.concatenate([mesh.quads, mesh.quads[:1]]),

@@ -17,7 +17,7 @@ from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import find_open_edges, weld_fills
+from patterndb_sketch.retopo.filling import find_open_edges, weld_patches
 from patterndb_sketch.retopo.filling.report import report_mesh
 from patterndb_sketch.retopo.network import BORDER, FACE, check_network
 from patterndb_sketch.retopo.network.keptfaces import lies_within, list_kept_faces
@@ -75,7 +75,7 @@ def comes_back(found: QuadImport, points: Points, quads: Int32Array, others: Fac
     """The network's invariants hold, and its mesh is the one given, face for face."""
     network = found.network
     check_network(network)
-    made = weld_fills(found.filled)
+    made = weld_patches(found.filled)
     every = [*made.quads.tolist(), *made.kept]
     assert faces_of(made.vertices, every, points) == sorted(
         map(turn_first, [*map(tuple, quads.tolist()), *others])
@@ -145,7 +145,7 @@ def test_faces_at_a_border_and_fans_of_triangles_come_back() -> None:
     network = found.network
     rim = [chain for chain in network.chains.values() if BORDER in chain.marks]
     assert sum(chain.count for chain in rim) == 13
-    assert len(find_open_edges(weld_fills(found.filled))) == 13
+    assert len(find_open_edges(weld_patches(found.filled))) == 13
 
 
 @settings(max_examples=40, deadline=None)
@@ -216,7 +216,7 @@ def test_every_tool_leaves_given_faces_as_they_are(source: Database) -> None:
         check_network(editor.network, patches=False)
         assert set(list_kept_faces(editor.network)) == set(loops)
         filled = editor.fill()
-        made = weld_fills(filled)
+        made = weld_patches(filled)
         assert faces_of_kept(made.vertices, made.kept, points) == kept
         if filled.placed.keys() == filled.network.patches.keys():
             whole = report_mesh(filled, found.surface, made)

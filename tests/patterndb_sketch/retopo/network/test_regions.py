@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import weld_fills
+from patterndb_sketch.retopo.filling import weld_patches
 from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
@@ -75,7 +75,7 @@ def draw_square(editor: Retopology, half: float) -> None:
 
 def measure_area(editor: Retopology) -> float:
     """The area of all quads, on a plane."""
-    mesh = weld_fills(editor.fill())
+    mesh = weld_patches(editor.fill())
     corner = mesh.vertices[mesh.quads]
     one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
     return float((0.5 * np.cross(one, two)[:, 2]).sum())
@@ -144,7 +144,7 @@ def test_the_default_cap_of_a_cylinder_does_not_close_an_open_end(source: Patter
         do(editor, "cylinder", points=way)
         found = editor.fill()
         assert len(found.placed) == len(found.network.patches) == patches
-        gap = surface.nearest(weld_fills(found).vertices).points - weld_fills(found).vertices
+        gap = surface.nearest(weld_patches(found).vertices).points - weld_patches(found).vertices
         assert np.linalg.norm(gap, axis=1).max() < 0.01 * surface.diagonal
 
 

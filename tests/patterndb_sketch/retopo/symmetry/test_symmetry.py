@@ -15,7 +15,12 @@ import patterndb
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.filling import FilledNetwork, fill_network, find_open_edges, weld_fills
+from patterndb_sketch.retopo.filling import (
+    FilledNetwork,
+    fill_network,
+    find_open_edges,
+    weld_patches,
+)
 from patterndb_sketch.retopo.network import BORDER, Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -62,7 +67,7 @@ def filled(plane: Plane) -> tuple[FilledNetwork, MirroredMesh]:
     at, sizes, network = quadrants(plane)
     with patterndb.open() as source:
         found = fill_network(network, at.surface, source, 3.0 * sizes.edge)
-    return found, mirror_mesh(weld_fills(found), found.network, plane)
+    return found, mirror_mesh(weld_patches(found), found.network, plane)
 
 
 def test_a_plane_says_what_is_wrong_with_it() -> None:
@@ -202,7 +207,7 @@ def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
     with patterndb.open() as source:
         again = fill_network(off, ball(), source, 3.0 * sizes.edge)
     assert again.network is off
-    mesh = weld_fills(again)
+    mesh = weld_patches(again)
     assert (len(mesh.vertices), len(mesh.quads)) == (len(both.mesh.vertices), len(both.mesh.quads))
     assert len(find_open_edges(mesh)) == 0
     # The images of patches have the images' shapes: on a sphere, to how evenly it is cut.
@@ -238,7 +243,7 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
     assert len(network.patches) == 2
     with patterndb.open() as source:
         found = fill_network(network, at.surface, source, 3.0 * sizes.edge)
-    both = mirror_mesh(weld_fills(found), found.network, X)
+    both = mirror_mesh(weld_patches(found), found.network, X)
     # A disk: its border is that of the dome, all around.
     mesh, rim = both.mesh, find_open_edges(both.mesh)
     edges = (4 * len(mesh.quads) + len(rim)) // 2
@@ -260,7 +265,7 @@ def test_an_edge_from_seam_to_seam_is_told() -> None:
     at, sizes, network = quadrants(X)
     with patterndb.open() as source:
         found = fill_network(network, at.surface, source, 3.0 * sizes.edge)
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert len(mirror_mesh(mesh, found.network, X).pinched) == 0
     # The same with both ends of one edge, from the inside of a patch, put on the seam.
     inner = next(

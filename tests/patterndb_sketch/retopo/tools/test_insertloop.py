@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.filling import (
     find_irregular_vertices,
     rank_fills,
     side_lengths,
-    weld_fills,
+    weld_patches,
 )
 from patterndb_sketch.retopo.network import Network, are_equal, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
@@ -85,7 +85,7 @@ def test_a_strip_that_comes_back_at_right_angles_makes_both_counts_grow(
     do(editor, "insertloop", at=[0.01, 0.3, 0])
     after = editor.fill()
     assert_sound(after.network)
-    assert_manifold(weld_fills(after))
+    assert_manifold(weld_patches(after))
     assert editor.undoable == steps + 1
     for x, y in ((0.5, 0), (0, 0.5), (1, 0.5), (0.5, 1), (0.5, 2), (2, 0.5)):
         chain = chain_at(after.network, x, y)
@@ -94,7 +94,7 @@ def test_a_strip_that_comes_back_at_right_angles_makes_both_counts_grow(
     assert both == (5, 5, 5, 5)
     assert after.network.chains[bow].count == 8
     # Both ways through the corner cell, once through the others on the way.
-    assert len(weld_fills(after).quads) - len(weld_fills(before).quads) == 9 + 4 + 4 + 8
+    assert len(weld_patches(after).quads) - len(weld_patches(before).quads) == 9 + 4 + 4 + 8
     do(editor, "undo")
     assert are_equal(editor.network, before.network)
 
@@ -108,7 +108,7 @@ def test_a_strip_around_a_ball_is_closed(source: PatternSource) -> None:
     do(editor, "insertloop", at=at.tolist())
     after = editor.fill()
     assert_sound(after.network)
-    mesh, former = weld_fills(after), weld_fills(before)
+    mesh, former = weld_patches(after), weld_patches(before)
     assert_manifold(mesh)
     gained = {
         c: after.network.chains[c].count - one.count for c, one in before.network.chains.items()
@@ -131,13 +131,13 @@ def test_loops_anywhere_keep_what_must_hold(source: PatternSource, seed: int) ->
     rng = np.random.default_rng(seed)
     editor = mixed(source)
     before = editor.fill()
-    former = weld_fills(before)
+    former = weld_patches(before)
     at = rng.uniform(0.02, 1.98, 2)
     outcome = editor.do(Call("insertloop", {"at": [*at.tolist(), 0.0]}))
     assert outcome.refused is None and outcome.changed
     assert_sound(editor.network)
     after = editor.fill()
-    mesh = weld_fills(after)
+    mesh = weld_patches(after)
     assert_manifold(mesh)
     assert after.network.patches.keys() == before.network.patches.keys()
     for patch in before.network.patches:
@@ -228,7 +228,7 @@ def test_surfaces_need_not_be_flat(source: PatternSource) -> None:
     editor = drawn_octants(source)
     editor.fill()
     do(editor, "insertloop", at=[0.0, 0.6, 0.8])
-    mesh = weld_fills(editor.fill())
+    mesh = weld_patches(editor.fill())
     surface: Surface = editor.surface
     off = np.linalg.norm(surface.nearest(mesh.vertices).points - mesh.vertices, axis=1)
     assert off.max() < 1e-9

@@ -11,7 +11,7 @@ import pytest
 from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import fill_network, find_irregular_vertices, weld_fills
+from patterndb_sketch.retopo.filling import fill_network, find_irregular_vertices, weld_patches
 from patterndb_sketch.retopo.network import Network, are_equal
 from patterndb_sketch.retopo.tools.movepair import find_least_changes, move_pair
 from query.engine import PatternSource, fills
@@ -43,7 +43,7 @@ def inner_poles(network: Network, source: PatternSource) -> np.ndarray:
     """(k, 3) irregular vertices inside the patches, by valence."""
     found = fill_network(network, plane(), source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
-    mesh = weld_fills(found)
+    mesh = weld_patches(found)
     assert_manifold(mesh)
     which, valence = find_irregular_vertices(mesh)
     inside = (mesh.node[which] < 0) & (mesh.chain[which] < 0)

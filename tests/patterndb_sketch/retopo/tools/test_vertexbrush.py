@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Retopology
-from patterndb_sketch.retopo.filling import RetopoMesh, fill_network, filling_of, weld_fills
+from patterndb_sketch.retopo.filling import RetopoMesh, fill_network, filling_of, weld_patches
 from patterndb_sketch.retopo.network import Edit, Network, are_equal, check_network, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.sizes import Sizes
@@ -41,7 +41,7 @@ def grid(source: PatternSource) -> Network:
 def mesh_of(network: Network, surface: Surface, source: PatternSource) -> RetopoMesh:
     found = fill_network(network, surface, source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
-    return weld_fills(found)
+    return weld_patches(found)
 
 
 def wide(radius: float) -> Sizes:
@@ -182,7 +182,7 @@ def test_on_a_ball_vertices_stay_on_it_and_those_behind_stay(source: PatternSour
     foot = surface.nearest(np.array([[0.1, 0.2, 1.0]]))
     sizes = replace(editor.sizes, brush=2.5)
     at, up = foot.points[0], foot.normals[0]
-    former = weld_fills(found)
+    former = weld_patches(found)
     to = surface.nearest((at + np.array([0.1, 0.0, 0.0]))[None]).points[0]
     edits = [drag_vertices(before, surface, source, sizes, at, up, to)]
     edits.append(relax_vertices(edits[0].network, surface, source, sizes, at, up))
@@ -265,7 +265,7 @@ def test_an_imported_mesh_keeps_all_its_other_vertices(source: PatternSource) ->
     found = import_quads(vertices, quads)
     at = vertices[24]
     sizes = replace(found.sizes, brush=0.3)
-    former = weld_fills(found.filled)
+    former = weld_patches(found.filled)
     edit = drag_vertices(
         found.network, found.surface, source, sizes, at, UP, at + np.array([0.05, 0.02, 0])
     )
