@@ -304,7 +304,7 @@ def _read_array(kind: Any, value: Any) -> NDArray[Any]:
     if not isinstance(value, list):
         raise ValueError(f"{_shown(value)} is not a list of numbers")
     try:
-        plain = np.array(value)
+        plain: NDArray[Any] = np.array(cast("list[Any]", value))
     except ValueError:
         raise ValueError("its lists are not of one length") from None
     if plain.size and plain.dtype.kind not in ("b" if dtype.kind == "b" else "iuf"):
