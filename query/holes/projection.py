@@ -103,8 +103,8 @@ def place_fill(around: Neighbourhood, quads: Int32Array, n_vertices: int) -> Pla
     for harmonic in (False, True):
         bending = 0.0
         if inner:
-            *entries, right = laplacian_rows(points, start, beside, n_outer, n_loop)
-            rows = join_entries(*entries, (len(right), inner))
+            row, column, weight, right = laplacian_rows(points, start, beside, n_outer, n_loop)
+            rows = join_entries(row, column, weight, (len(right), inner))
             if harmonic:
                 solved = solve_square(rows[:inner], right[:inner])
             else:
