@@ -24,6 +24,12 @@ from patterndb._native.surfacing.chords.subcycles import counted
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.surfacing.methods import (
+    ALPHA,
+    AREA_PRICE,
+    MAX_SUBPROBLEMS,
+    TURNING_BOUND,
+)
 from patterndb_sketch.surfacing.sampling import Loop
 
 #: Two lengths, angles or coordinates count as equal below this share of their scale. A curve
@@ -31,11 +37,6 @@ from patterndb_sketch.surfacing.sampling import Loop
 #: that, and far below what can be seen.
 #: The same as in rust/surfacing/src/chords/candidates.rs.
 SAME = 1e-9
-
-#: A smooth stretch that turns by more than this gets an end inside, in radians: 45 degrees. The
-#: paper bounds the turning without saying by what. The bend of an eighth of a circle rises 1/10
-#: of its chord above it, little enough for one nearly flat piece.
-TURNING_BOUND = math.radians(45)
 
 
 #: A chord hugs the loop where the shorter way along the loop is no longer than this many times
@@ -62,21 +63,9 @@ Flatness = Literal["relative", "printed"]
 #: The same as in rust/surfacing/src/chords/subcycles.rs.
 MOST_COUNTED = 2**61
 
-#: How much a cut weighs against the flatness it gains (Abbasinejad et al. 2013, section 3.2: 0.1
-#: for all models but the front of the roadster, 0.6).
-ALPHA = 0.1
-
-#: The most sub-problems solved for one cycle: some 0.1 s. The paper's largest has 12,319.
-MAX_SUBPROBLEMS = 200_000
-
 #: The largest share of the candidates that may be dropped to keep to the budget: what is left
 #: says little about a cycle after that, and another method serves it better.
 MOST_DROPPED = 0.5
-
-#: A chord may add this much area, as a share of the loop's least, for each unit of box that it
-#: takes away. Chosen with the shapes of benchmarks/surfacing in view: 0.3 to 0.4 serve them alike,
-#: below 0.294 their gable roof loses its ridge.
-AREA_PRICE = 1.0 / 3.0
 
 #: Less added area than this share of the loop's is none: the least area of a curved strip varies
 #: by as much with where its vertices happen to lie.
