@@ -336,15 +336,15 @@ class GrowingSketch:
     Cycles are found afresh at every stage. Loops that were there before, with the same
     vertices, corners and settings, keep their surface: the result equals a run from scratch.
 
-    options: the method and its parameters; may be changed between stages. Where they have no
-             spacing, the default of the first stage that has a cycle stays: another one would move
-             the vertices of every loop.
+    options: the method and its parameters; may be changed between stages.
+    spacing: that of the latest stage. Where the options have none, the default of the first stage
+             that has a cycle stays: another one would move the vertices of every loop.
     db:      where quads come from.
     """
 
     options: SurfaceOptions = field(default_factory=SurfaceOptions)
     db: PatternSource | None = None
-    _spacing: float | None = field(default=None, repr=False)
+    spacing: float | None = field(default=None, init=False)
     _memory: LoopMemory = field(default_factory=LoopMemory, repr=False)
 
     def stage(
@@ -365,13 +365,14 @@ class GrowingSketch:
         found = find_cycles(network, added=added, banned=banned)
         if not found.cycles:
             return Stage(found, None)
-        if self._spacing is None:
-            self._spacing = default_spacing(network)
-        spacing = self._spacing if self.options.spacing is None else self.options.spacing
+        if self.options.spacing is not None:
+            self.spacing = self.options.spacing
+        elif self.spacing is None:
+            self.spacing = default_spacing(network)
         result = surface(
             network,
             found.cycles,
-            options=replace(self.options, spacing=spacing),
+            options=replace(self.options, spacing=self.spacing),
             methods=methods,
             db=self.db,
             memory=self._memory,
