@@ -13,7 +13,6 @@ from patterndb_app.cli import cli
 from patterndb_app.cli.options import AXES
 from patterndb_sketch.features.registration import register
 from patterndb_sketch.features.snap import SnapSettings
-from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.retopo.sizes import EDGE
 from patterndb_sketch.retopo.tools.draft import DRAFT
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, SurfaceOptions
