@@ -108,7 +108,7 @@ def chain_curves(network: CurveNetwork, gone: NDArray[np.bool_]) -> ChainedNetwo
     return ChainedNetwork(CurveNetwork(tuple(curves), network.nodes), tuple(chains))
 
 
-def order_curves(chained: ChainedNetwork) -> ChainedNetwork:
+def order_chains(chained: ChainedNetwork) -> ChainedNetwork:
     """Order nodes and curves, and turn curves, by their points; nodes without a curve go."""
     network = chained.network
     used = [node for node, steps in enumerate(list_steps_at_nodes(network)) if steps]

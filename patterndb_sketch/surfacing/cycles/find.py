@@ -13,7 +13,7 @@ from patterndb_sketch.curvenetwork.network import (
     Cycle,
     InvalidNetworkError,
 )
-from patterndb_sketch.surfacing.cycles.chains import ChainedNetwork, chain_curves, order_curves
+from patterndb_sketch.surfacing.cycles.chains import ChainedNetwork, chain_curves, order_chains
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
@@ -136,7 +136,7 @@ def find_cycles(
     _check(network, added, banned)
     if not network.curves:
         return FoundCycles(())
-    own = order_curves(chain_curves(network, find_dangling(network)))
+    own = order_chains(chain_curves(network, find_dangling(network)))
     gone = find_dangling(own.network)
     halves = list_half_curves(own.network, ~gone)
     found, cut_short = find_candidate_cycles(own.network, halves, closings)

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import dijkstra
 from patterndb._native.geometry.leastarea import triangulate_cheapest
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles import choosing, closing, find_cycles, packing
-from patterndb_sketch.surfacing.cycles.chains import chain_curves, order_curves
+from patterndb_sketch.surfacing.cycles.chains import chain_curves, order_chains
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     NO_PLANE,
@@ -382,7 +382,7 @@ def test_cycles_on_each_other_fold_and_cycles_beside_each_other_do_not() -> None
 
 def test_curves_in_their_own_order_lead_back() -> None:
     network = torus(5, 4)
-    own = order_curves(chain_curves(network, np.zeros(len(network.curves), bool)))
+    own = order_chains(chain_curves(network, np.zeros(len(network.curves), bool)))
     steps = [step for chain in own.chains for step in chain]
     assert sorted(curve for curve, _ in steps) == list(range(len(network.curves)))
     for cycle in network.cycles:
