@@ -236,9 +236,9 @@ def join_polylines(
 class _SortedCurves:
     """Drawn curves in an order, and senses, that depend on their geometry alone; longest first.
 
-    lines: (k, 3) of every curve. order: which of the drawn ones each is. turned: is it turned round?
-    names, strokes: of the drawn curves, in the order in which they were given. exponent: lines are
-    in units of 2 to its power.
+    lines: (k, 3) of every curve. order: which of the drawn ones each is. turned: whether each is
+    turned round. names, strokes: of the drawn curves, in the order in which they were given.
+    exponent: lines are in units of 2 to its power.
     """
 
     lines: list[Points]
