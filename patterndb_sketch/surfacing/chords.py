@@ -24,7 +24,7 @@ from patterndb._native.surfacing.chords.subcycles import counted
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
-from patterndb_sketch.surfacing.methods import (
+from patterndb_sketch.surfacing.defaults import (
     ALPHA,
     AREA_PRICE,
     MAX_SUBPROBLEMS,
