@@ -71,6 +71,17 @@ fn standardised<'py>(py: Python<'py>, points: Rows<'py, f64, 3>) -> Answered<'py
 }
 
 #[pyfunction]
+fn sum_moments<'py>(py: Python<'py>, points: Rows<'py, f64, 3>) -> Answered<'py> {
+    compute!(py, points => flatness::sum_moments(points).to_vec())
+}
+
+#[pyfunction]
+fn find_determinant<'py>(py: Python<'py>, moments: Items<'py, f64>) -> Answered<'py> {
+    let moments = take(&moments, "moments")?;
+    compute!(py, => flatness::find_determinant(moments))
+}
+
+#[pyfunction]
 fn solve<'py>(
     py: Python<'py>,
     points: Rows<'py, f64, 3>,
@@ -498,7 +509,7 @@ pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     let module = &crate::add_module(parent, "chords")?;
     add_functions!(module, "candidates": order_canonically, endpoints, candidates);
     add_functions!(module, "decompose": flatter);
-    add_functions!(module, "flatness": standardised);
+    add_functions!(module, "flatness": standardised, sum_moments, find_determinant);
     add_functions!(module, "search": solve);
     add_functions!(module, "subcycles": counted);
     let module = &crate::add_module(parent, "curvenetwork")?;
