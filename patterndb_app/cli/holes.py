@@ -16,6 +16,7 @@ from patterndb.errors import InvalidMeshError, NotFoundError, PatternDBError
 from patterndb.system.deadline import extend_deadline, is_late, run_until_late
 from patterndb.system.documents import parse_json
 from patterndb.system.files import read_lines
+from patterndb.system.requests import list_changed
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
     Count,
@@ -30,13 +31,15 @@ from patterndb_app.cli.options import (
     may_overwrite,
     open_database,
     picture_path,
+    read_options,
+    request_options,
     time_limit_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.search import describe_stop
 from patterndb_app.cli.text import plural, say, table, write, write_json
-from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES, CapRequest, Shape
 from query.errors import InvalidQueryError
+from query.holes.options import HoleRequest
 
 if TYPE_CHECKING:
     from patterndb.core.polygonmesh import PolygonMesh
@@ -123,7 +126,7 @@ class VertexFlow(ParamType):
         return int(match[1]), int(match[2])
 
 
-class HoleQuestion(CapRequest, kw_only=True, forbid_unknown_fields=False):
+class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields=False):
     """A line of a batch file, with how the fill is to lie. Other entries of a line are ignored."""
 
     mesh: Annotated[str, Meta(extra={"missing": "the name of a mesh file"})]
@@ -197,29 +200,7 @@ class HoleQuestion(CapRequest, kw_only=True, forbid_unknown_fields=False):
     type=click.Choice(FIXES),
     help="How to fill holes with an odd number of edges, which quads alone cannot.",
 )
-@click.option(
-    "--no-twin", is_flag=True, help="Do not copy the other side of a mesh that is symmetric."
-)
-@click.option(
-    "--ngon",
-    is_flag=True,
-    help="One face of as many corners as the hole has vertices, instead of quads.",
-)
-@click.option(
-    "--shape",
-    type=click.Choice(tuple(SHAPES)),
-    default=next(iter(SHAPES)),
-    show_default=True,
-    help="How it lies. " + "; ".join(f"{name}: {what}" for name, what in SHAPES.items()) + ".",
-)
-@click.option(
-    "--tension",
-    type=click.FloatRange(LEAST_TENSION, MOST_TENSION),
-    default=LEAST_TENSION,
-    show_default=True,
-    metavar="T",
-    help="How tight a smooth fill is: from 0, it bends least, to 1, it is a membrane.",
-)
+@request_options(HoleRequest)
 @click.option("--surface", type=MeshName(), metavar="FILE", help="Lay new vertices on this mesh.")
 @click.option(
     "--picture",
@@ -249,16 +230,13 @@ def holes(
     corners: dict[int, int] | None,
     flows: tuple[tuple[int, int] | str, ...],
     odd: FixKind | None,
-    no_twin: bool,
-    ngon: bool,
-    shape: Shape,
-    tension: float,
     surface: Path | None,
     picture: Path | None,
     batch: Path | None,
     db: DatabaseChoice,
     time_limit: float | None,
     as_json: bool,
+    **given: Any,
 ) -> int:
     """Fill holes of a mesh with quads, joined vertex for vertex, as an artist would.
 
@@ -284,7 +262,7 @@ def holes(
     """
     if (mesh is None) == (batch is None):
         raise click.UsageError("name a mesh, or a file of questions with --batch")
-    cap = _read_cap(shape, tension, ngon)
+    asked = _read_request(given)
     if batch is not None:
         others = [output, faces, corners, surface, picture, odd]
         if every or loops or flows or rank > 1 or any(value is not None for value in others):
@@ -293,7 +271,8 @@ def holes(
                 "and --db alone"
             )
         with limit_command(time_limit), open_database(db) as database:
-            return _answer_batch(database, batch, limit or LISTED, not no_twin, cap)
+            listed = {"limit": limit or LISTED, **list_changed(asked)}
+            return _answer_batch(database, batch, listed)
     assert mesh is not None
     click.get_current_context().with_resource(limit_command(time_limit))
     if sum([bool(loops), faces is not None, every]) > 1:
@@ -304,9 +283,9 @@ def holes(
             f"{'--all' if every else 'more than one --loop'} takes the best fill of each hole; "
             "leave --rank, --corners and --flow out"
         )
-    if surface is not None and (shape == "flat" or tension):
+    if surface is not None and (asked.shape == "flat" or asked.tension):
         raise click.UsageError("fills lie on --surface; leave --shape flat and --tension out")
-    if ngon and (corners or flows or odd or surface is not None):
+    if asked.ngon and (corners or flows or odd or surface is not None):
         raise click.UsageError(
             "an n-gon has no quads and takes an odd number of edges; leave --corners, --flow, "
             "--odd and --surface out"
@@ -318,8 +297,8 @@ def holes(
     topology = run_until_late(lambda: MeshTopology.of(read_mesh(mesh)), f"{mesh} was read")
     notes = list_mesh_flaws(topology)
     named = loops or faces is not None or every
-    asked = cap != CapRequest()
-    if not (named or output or picture or limit or corners or flows or odd or asked):
+    chosen_way = asked.is_laid or asked.ngon
+    if not (named or output or picture or limit or corners or flows or odd or chosen_way):
         found = run_until_late(lambda: find_holes(topology), "the holes were found")
         if as_json:
             document = {"mesh": str(mesh), "holes": [hole.to_json() for hole in found]}
@@ -332,15 +311,15 @@ def holes(
     most = max(rank, limit or (rank if writing and not as_json else LISTED))
     options: dict[str, Any] = {
         "limit": 1 if several and not limit else most,
-        "twins": not no_twin,
-        **cap.cap_options,
+        **list_changed(asked),
     }
     if surface is not None:
         from patterndb.geometry.surface import Surface
 
         options["surface"] = Surface.from_polygons(read_mesh(surface))
     chosen, left = run_until_late(
-        lambda: _choose_holes(topology, loops, faces, every, odd, ngon), "the holes were found"
+        lambda: _choose_holes(topology, loops, faces, every, odd, asked.ngon),
+        "the holes were found",
     )
     with open_database(db) as database:
         answered, open_ones = _answer(database, chosen, corners or {}, flows, options)
@@ -509,17 +488,15 @@ def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:
     return Stroke((0, place[flow[0]]), (0, place[flow[1]]))
 
 
-def _read_cap(shape: Shape, tension: float, ngon: bool) -> CapRequest:
-    """How fills are to lie; a usage error where options contradict each other."""
+def _read_request(given: dict[str, Any]) -> HoleRequest:
+    """Return the request; a usage error where options contradict each other."""
     try:
-        return CapRequest(shape=shape, tension=tension, ngon=ngon)
+        return HoleRequest(**read_options(HoleRequest, given))
     except InvalidQueryError as error:
         raise click.UsageError(str(error)) from None
 
 
-def _answer_batch(
-    database: Database | DatabaseUnion, path: Path, limit: int, twins: bool, cap: CapRequest
-) -> int:
+def _answer_batch(database: Database | DatabaseUnion, path: Path, options: dict[str, Any]) -> int:
     """Answer questions, a line each; how a line's fill is to lie replaces what is asked of all.
 
     Returns the exit code: that of bad input if a line could not be read, that of nothing found if a
@@ -534,7 +511,7 @@ def _answer_batch(
     for number, line in read_lines(path, LONGEST_LINE, InvalidMeshError):
         asked += 1
         try:
-            question = _read_question(line, cap)
+            question = _read_question(line, options)
             if is_late():
                 unanswered += 1
                 write_json({"line": number, "mesh": question.mesh, "holes": [], **NOT_ASKED})
@@ -547,9 +524,7 @@ def _answer_batch(
                 last[1],
                 loop=question.loop,
                 faces=question.faces,
-                limit=limit,
-                twins=twins,
-                **question.cap_options,
+                **list_changed(question),
             )
             fills = list(found)
         except (PatternDBError, OSError) as error:
@@ -576,12 +551,12 @@ NOT_ASKED: dict[str, object] = {
 }
 
 
-def _read_question(line: bytes, cap: CapRequest) -> HoleQuestion:
+def _read_question(line: bytes, options: dict[str, Any]) -> HoleQuestion:
     """A line of a batch file, with how the fills of all are to lie where it has no such entries."""
     document = parse_json(line, InvalidMeshError, "a question")
     if document.is_object:
         entries = {name: entry.value for name, entry in document.entries().items()}
-        document = replace(document, value={**cap.cap_options, **entries})
+        document = replace(document, value={**options, **entries})
     return document.read(HoleQuestion)
 
 

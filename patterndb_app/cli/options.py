@@ -514,10 +514,10 @@ def _make_option(one: Option) -> Callable[[F], F]:
     """Make the option of the command line that an option of a request is."""
     extra: dict[str, Any] = {}
     least, most = getattr(one.type, "ge", None), getattr(one.type, "le", None)
-    if isinstance(one.type, BoolType):
-        extra = {"is_flag": True, "default": one.default}
-    elif one.text.constant is not None:
+    if one.text.constant is not None:
         extra = {"is_flag": True, "flag_value": one.text.constant, "type": click.UNPROCESSED}
+    elif isinstance(one.type, BoolType):
+        extra = {"is_flag": True, "default": one.default}
     elif one.choices:
         extra = {"type": click.Choice(one.choices)}
     elif isinstance(one.type, IntType):

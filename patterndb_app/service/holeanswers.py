@@ -12,13 +12,12 @@ from ingest.formats.files import assemble
 from patterndb.core.polygonmesh import PolygonMesh, flatten_faces
 from patterndb.errors import InvalidMeshError
 from patterndb.system.documents import JsonModel, Number, complete_points
-from patterndb.system.requests import Count, Positive, Seconds, Text
+from patterndb.system.requests import Count, Positive, Text, list_changed, option
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import read_body
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
 from patterndb_app.service.work import RequestWork
-from query.caprequest import CapRequest
 from query.holes import (
     HoleFill,
     MeshTopology,
@@ -28,6 +27,7 @@ from query.holes import (
     list_mesh_flaws,
     weld_fills,
 )
+from query.holes.options import HoleOptions, HoleRequest
 
 #: The most corners of a face, as in files.
 MOST_CORNERS = ReadLimits().max_arity
@@ -59,18 +59,16 @@ class MeshEntries(JsonModel):
     faces: Annotated[list[Face], Meta(extra={"missing": "a list of faces"})]
 
 
-class HoleEntries(CapRequest, rename={"only_loops": "list"}):
+class HoleEntries(HoleRequest, frozen=True, kw_only=True, rename={"only_loops": "list"}):
     """A question about a mesh's holes: without loop and faces, and with list, only its loops."""
 
     mesh: MeshEntries | None = None
     obj: str | None = None
     loop: Numbers | None = None
     faces: Numbers | None = None
-    limit: Positive = LIMIT
-    twins: bool = True
+    limit: Annotated[Positive, option("List at most K fills of a hole.")] = LIMIT
     weld: Positive | None = None
     only_loops: bool = False
-    time_limit: Seconds | None = None
     db: Text | None = None
 
 
@@ -119,15 +117,14 @@ def answer_holes(
         raise LargeRequestError(
             f"the loop has {len(hole):,} edges; {limits.perimeter:,} are the most"
         )
-    found = fill_holes(
-        database,
-        hole,
-        limit=asked.limit,
-        twins=asked.twins,
-        **asked.cap_options,
-        time_limit=min(asked.time_limit or limits.seconds, limits.seconds),
-        threads=1,
-    )
+    seconds = min(asked.time_limit or limits.seconds, limits.seconds)
+    options: dict[str, Any] = {
+        **list_changed(asked),
+        "limit": asked.limit,
+        "time_limit": seconds,
+        "threads": 1,
+    }
+    found = fill_holes(database, hole, HoleOptions(**options))
     fills: list[HoleFill] = []
     for fill in found:
         fills.append(fill)

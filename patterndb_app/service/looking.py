@@ -19,7 +19,7 @@ from patterndb_app.service.patternpages import (
     draw_pattern,
     list_page,
 )
-from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES
+from query.holes.options import LEAST_TENSION, MOST_TENSION, SHAPES
 from query.listing.orders import ORDERS, default_order
 
 ROUTER = APIRouter()

@@ -14,8 +14,8 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from patterndb.geometry.quadshape import NO_AREA
-from query.caprequest import Shape
 from query.holes.loops import Hole
+from query.holes.options import Shape
 from query.holes.regular import build_regular_fill
 from query.holes.topology import MeshTopology
 

@@ -7,12 +7,14 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
+from patterndb.system.requests import make_request
 from query.boundary import MIN_PERIMETER, Boundary
 from query.engine import PatternSource
 from query.errors import InvalidQueryError
@@ -69,7 +71,7 @@ def fill_holes(
     (:func:`list_parity_fixes` lists the nearest remedies), corners that are none, and for options
     that contradict each other or the rest.
     """
-    asked = replace(options or HoleOptions(), **choices)
+    asked = make_request(HoleOptions, options, choices)
     hole = choose_hole(mesh, loop=loop, faces=faces)
     if asked.ngon:
         found: Iterator[HoleFill] = iter([_make_ngon_fill(hole)])
@@ -222,7 +224,9 @@ def _continue_part(
         faces.append(face[::-1] if t.flipped[f] else face)
     near = PolygonMesh.from_faces(np.concatenate([t.mesh.points, part.points]), faces)
     smaller = hole_on_loop(MeshTopology.of(near), vertices)
-    alone = replace(options, corners={}, strokes=(), tolerance=0, twins=False, like=())
+    alone = msgspec.structs.replace(
+        options, corners={}, strokes=(), tolerance=0, twins=False, like=()
+    )
     place = {int(v): i for i, v in enumerate(hole.loop)}
     for fill in islice(_list_fills(db, smaller, alone, {}, made.models), CONTINUED):
         quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]

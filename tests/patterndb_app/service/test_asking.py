@@ -14,8 +14,8 @@ from click.testing import CliRunner
 import patterndb
 from patterndb import Boundary, Stroke
 from patterndb_app.cli import cli
-from query.caprequest import LEAST_TENSION, MOST_TENSION, SHAPES
 from query.engine import PatternSource
+from query.holes.options import LEAST_TENSION, MOST_TENSION, SHAPES
 from tests.support.service.servedhere import ServedHere, wait_until
 from tests.support.shared import EXAMPLES
 

@@ -10,8 +10,8 @@ import pytest
 from drive_page import find_place, wait_for_fills
 
 import patterndb
-from query.caprequest import SHAPES
 from query.holes.caps import RimPlane
+from query.holes.options import SHAPES
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page

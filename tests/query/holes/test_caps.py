@@ -19,13 +19,12 @@ from patterndb.errors import InvalidMeshError
 from patterndb.geometry.surface import Surface
 from patterndb.system.documents import parse_json
 from query import Stroke
-from query.caprequest import SHAPES, CapRequest, Shape
 from query.engine import PatternSource
 from query.errors import InvalidQueryError
 from query.holes import Hole, HoleFill, MeshTopology, fill_holes, find_holes, hole_of_faces
 from query.holes.caps import RimPlane, find_cap, list_cap_quads
 from query.holes.neighbourhood import extract_neighbourhood
-from query.holes.options import HoleOptions
+from query.holes.options import SHAPES, HoleOptions, HoleRequest, Shape
 from query.holes.projection import HoleProjector
 from query.holes.symmetry import MOST_MIRRORS, find_mirrors
 from tests.support.shared import CHECKOUT
@@ -385,16 +384,18 @@ def test_what_contradicts_is_refused(source: PatternSource) -> None:
 
 
 def test_a_request_is_read_from_json() -> None:
-    read = parse_json(b'{"shape": "smooth", "tension": 1}', InvalidMeshError, "it").read(CapRequest)
-    assert read == CapRequest(shape="smooth", tension=1.0)
+    read = parse_json(b'{"shape": "smooth", "tension": 1}', InvalidMeshError, "it").read(
+        HoleRequest
+    )
+    assert read == HoleRequest(shape="smooth", tension=1.0)
     for text, word in (
         (b'{"shape": "round"}', '"auto" or "flat" or "smooth"'),
         (b'{"tension": 2}', "a number from 0 to 1"),
         (b'{"tension": 0.5, "shape": "flat"}', "no tension"),
     ):
         with pytest.raises(InvalidMeshError, match=word):
-            parse_json(text, InvalidMeshError, "it").read(CapRequest)
-    assert CapRequest().shape == next(iter(SHAPES)) and get_args(Shape) == tuple(SHAPES)
+            parse_json(text, InvalidMeshError, "it").read(HoleRequest)
+    assert HoleRequest().shape == next(iter(SHAPES)) and get_args(Shape) == tuple(SHAPES)
 
 
 def test_corners_that_are_fixed_hold_in_caps(source: PatternSource) -> None:
