@@ -23,6 +23,7 @@ from patterndb.system.requests import (
     Request,
     Seconds,
     Texts,
+    Threads,
     list_options,
     option,
 )
@@ -61,10 +62,6 @@ POOL = 400
 
 #: Fills that are listed by default.
 LIMIT = 20
-
-
-#: More threads than this help no search.
-Threads = Annotated[int, Meta(ge=1, le=1024, description="a whole number from 1 to 1,024")]
 
 
 class FilterColumns(Protocol):

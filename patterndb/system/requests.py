@@ -36,6 +36,8 @@ Positive = Annotated[int, Meta(ge=1, le=MOST_COUNT, description="a whole number 
 Range = Annotated[tuple[Count, Count], Meta(description="two numbers, [least, greatest]")]
 Seconds = Annotated[float, Meta(gt=0, le=1e6, description="seconds, more than 0")]
 Text = Annotated[str, Meta(max_length=256, description="a text of at most 256 characters")]
+#: More threads than this help no search.
+Threads = Annotated[int, Meta(ge=1, le=1024, description="a whole number from 1 to 1,024")]
 Texts = Annotated[tuple[Text, ...], Meta(max_length=64)]
 
 R = TypeVar("R", bound="Request")

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from msgspec import Meta
 
 from patterndb.system.numbers import MOST_EDGES, TOLERANCE
-from patterndb.system.requests import Positive, Request, Seconds, option
+from patterndb.system.requests import Positive, Request, Seconds, Threads, option
 from query.errors import InvalidQueryError
-from query.request import LIMIT, Threads
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
@@ -32,6 +31,9 @@ SHAPES: dict[Shape, str] = {
     "flat": "new vertices lie in the plane of the boundary",
     "smooth": "the surface goes on as it arrives",
 }
+
+#: Fills of a hole that are listed by default.
+LISTED = 20
 
 #: The least tension, which is the default, and the greatest.
 LEAST_TENSION, MOST_TENSION = 0.0, 1.0
