@@ -53,7 +53,7 @@ class HoleRequest(Request, frozen=True, kw_only=True):
     error = InvalidQueryError
 
     limit: Annotated[Positive | None, option("List at most K fills of a hole.", metavar="K")] = (
-        LIMIT
+        LISTED
     )
     twins: Annotated[
         bool,
