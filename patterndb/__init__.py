@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from query.boundaryfile import read_boundary
     from query.fill import Fill
     from query.holes import Hole, HoleFill, HoleFills, HoleOptions, weld_fills
-    from query.listing.stream import Fills
+    from query.listing.fills import Fills
     from query.placing import Placement, enclose_region
     from query.request import FillRequest
     from query.stroke import Stroke

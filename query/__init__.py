@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from query.boundary import Boundary
     from query.engine import best, fills
     from query.fill import Fill
-    from query.listing.stream import Fills
+    from query.listing.fills import Fills
     from query.request import FillRequest
     from query.stroke import Stroke
 
@@ -40,7 +40,7 @@ _HOME = {
     "Boundary": "query.boundary",
     "Fill": "query.fill",
     "FillRequest": "query.request",
-    "Fills": "query.listing.stream",
+    "Fills": "query.listing.fills",
     "Stroke": "query.stroke",
     "best": "query.engine",
     "fills": "query.engine",

@@ -1,4 +1,4 @@
-"""The flag that cancels a query, and threads that heed it.
+"""The flag that cancels a query, its time limit, and threads that heed the flag.
 
 A time limit, cancel() or Ctrl-C sets the flag. It is a (1,) uint8 array, so that the compiled core,
 which holds no lock, reads it as well; 1 cancels.
@@ -6,16 +6,19 @@ which holds no lock, reads it as well; 1 cancels.
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from functools import cache
+from time import perf_counter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.system.deadline import LOOK_SECONDS
+from patterndb.system.deadline import LOOK_SECONDS, Alarm, end_by, get_deadline
 from query.errors import QueryCancelledError
 
 #: (1,) uint8, 1 once nobody waits for the answer any more.
@@ -41,6 +44,85 @@ def wait_unless_cancelled(task: Future[Any], flag: CancelFlag) -> bool:
             return False
         wait([task], LOOK_SECONDS)
     return True
+
+
+class RunLimits:
+    """How long a query may run: its flag, its deadline, and why it stopped.
+
+    flag:     cancels the search that runs at present.
+    deadline: in seconds of perf_counter; the earlier of the time limit and the deadline of the
+              thread that begins the query.
+    stopped:  "cancelled" or "time limit" where one of these stopped it, else None.
+    """
+
+    def __init__(self, time_limit: float | None, flag: CancelFlag | None = None) -> None:
+        self.flag: CancelFlag = np.zeros(1, np.uint8) if flag is None else flag
+        self.deadline = math.inf
+        self.stopped: str | None = None
+        self._time_limit = time_limit
+        self._alarm: Alarm | None = None
+        self._begun = False
+
+    def begin(self) -> None:
+        """Set the deadline and its alarm, at the first call."""
+        if self._begun:
+            return
+        self._begun = True
+        mine = math.inf if self._time_limit is None else perf_counter() + self._time_limit
+        self.deadline = min(mine, get_deadline())
+        if self.deadline < math.inf:
+            # Another thread sets the flag, the only thing that the compiled core looks at.
+            self._alarm = self.set_alarm(self.deadline)
+
+    def end(self) -> None:
+        """Call the alarm off: nothing runs any more."""
+        if self._alarm is not None:
+            self._alarm.call_off()
+
+    def cancel(self, why: str) -> None:
+        """Stop what runs, from any thread; why: what ``stopped`` will be."""
+        self.stopped = why
+        self.flag[0] = 1
+        self.end()
+
+    def set_alarm(self, moment: float) -> Alarm:
+        """Have the search that runs with the present flag stopped at a moment."""
+        flag = self.flag
+
+        def ring() -> None:
+            self.stopped = self.stopped or "time limit"
+            flag[0] = 1
+
+        return Alarm(moment, ring)
+
+    def time_out(self) -> None:
+        """Stop what runs: time is up."""
+        self.stopped = self.stopped or "time limit"
+        self.flag[0] = 1
+
+    def look_at_clock(self) -> None:
+        """Stop what runs if time is up."""
+        if self.stopped is None and perf_counter() >= self.deadline:
+            self.time_out()
+
+    @contextmanager
+    def hold(self) -> Generator[None]:
+        """Cancel what follows a list when the list would have been; it does not stop the list."""
+        self.begin()
+        flag = self.flag
+
+        def ring() -> None:
+            flag[0] = 1
+
+        alarm = Alarm(self.deadline, ring) if self.deadline < math.inf else None
+        try:
+            if perf_counter() >= self.deadline:
+                ring()
+            with end_by(self.deadline):
+                yield
+        finally:
+            if alarm is not None:
+                alarm.call_off()
 
 
 def share_out(

@@ -1,8 +1,8 @@
 """Ask for the fills of a boundary: the way from a question to fills, best first.
 
 The width problem is stated (:mod:`query.solving.problem`), tables of patterns are
-searched in lanes (:mod:`query.listing.lane`), and a stream merges what the lanes find
-(:mod:`query.listing.stream`). A boundary for which no table has anything is constructed.
+searched in lanes (:mod:`query.listing.matches`), and a stream merges what the lanes find
+(:mod:`query.listing.fills`). A boundary for which no table has anything is constructed.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from patterndb.system.requests import make_request
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
+from query.listing.fills import Fills
 from query.listing.orders import ORDERS, FillOrder, default_order
 from query.listing.prepared import PreparedQuery
-from query.listing.stream import Fills
 from query.request import FillRequest
 
 #: What is left of a time limit at least once the class is read: the list then ends at once.
@@ -56,7 +56,7 @@ def fills(
 
     Every rotation and mirror image is tried, less those that a pattern's own symmetries
     make equal, and no fill is listed twice. With ``per_pattern=1`` every fill has another pattern,
-    and :meth:`query.listing.stream.Fills.variants` lists the others of each. The time limit
+    and :meth:`query.listing.fills.Fills.variants` lists the others of each. The time limit
     includes reading the class; a list that is still empty when it ends takes a fill that comes
     easily, if there is one. The list does not depend on the number of threads.
 

@@ -289,7 +289,7 @@ def describe_stop(found: EndedEarly) -> str:
 def format_variants(count: int | None) -> str:
     """How many more fills a pattern has, as :meth:`Fills.count_variants` counts them: "+7"; ""
     for none, "+?" where time was up before they were counted."""
-    from query.listing.stream import MOST_COUNTED
+    from query.listing.fills import MOST_COUNTED
 
     if count is None:
         return "+?"

@@ -38,7 +38,7 @@ from query.holes.regular import (
 )
 from query.holes.symmetry import count_followed, find_mirrors, lose_by_mirrors
 from query.identity import hash_quads
-from query.listing.lane import More, Search, search_table
+from query.listing.matches import Continuation, MatchSearch, list_matches
 from query.listing.ranking import Listing, Ranking
 from query.listing.table import get_strict_table
 from query.request import NO_DOUBLETS, PatternFilter
@@ -429,7 +429,7 @@ class HoleSearch:
             passing = PatternFilter(valence=NO_DOUBLETS).admit_patterns(table)
             entries = table.entries(boundary, passing)
             self._listings[key] = Ranking(True, False).list_entries(table, entries)
-        search = Search(
+        search = MatchSearch(
             boundary=boundary,
             solver=WidthSolver(build_width_problem(boundary), threads=1),
             ranking=Ranking(True, False),
@@ -437,9 +437,9 @@ class HoleSearch:
             n_loops=0,
         )
         count = 0
-        for step in search_table(table, self._listings[key], search, 0):
-            for _, found in sorted(step.found, key=lambda one: one[0]):
-                if isinstance(found, More):
+        for batch in list_matches(table, self._listings[key], search, 0):
+            for _, found in sorted(batch.found, key=lambda one: one[0]):
+                if isinstance(found, Continuation):
                     continue
                 yield found.fill()
                 count += 1

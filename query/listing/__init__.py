@@ -1,6 +1,7 @@
-"""From a question to a list of fills.
+"""From a request to a list of fills.
 
-Read filters (which patterns may be taken, and why a list stays empty), table (what a boundary can
-be matched with), ranking and lane (the fits of one table, in order), construction (the lane of what
-is put together of parts), stream (all lanes merged) and orders (the orders there are to choose).
+Read prepared (a request for one boundary), table (rows of patterns that a boundary can be matched
+with), ranking (their order), matches (the rows of one table that fit), construction (fills put
+together of parts), merging (all of these by rank, none twice), fills (the list
+that a caller holds), explanation (why it is empty) and orders (the orders to choose from).
 """

@@ -1,4 +1,4 @@
-"""The lane of constructed fills, and the table that constructions look parts up in."""
+"""The stream of constructed fills, and the table that constructions look parts up in."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from query.construct import construct_fills
 from query.construct.plan import PartFill
 from query.expand import expand_marked
 from query.fill import Fill
-from query.listing.lane import Found, Search, Step
+from query.listing.matches import Batch, Found, MatchSearch
 from query.listing.prepared import PreparedQuery
 from query.listing.ranking import Rank
 from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, find_best_marked, load_family_index
@@ -81,8 +81,8 @@ class ConstructedFill:
 
 
 def list_constructed(
-    search: Search, query: PreparedQuery, least: int, *, grid_only: bool = False
-) -> Iterator[Step]:
+    search: MatchSearch, query: PreparedQuery, least: int, *, grid_only: bool = False
+) -> Iterator[Batch]:
     """The constructed fills that pass the filters and follow the strokes, best first.
 
     The cap on irregular boundary vertices does not hold for them, so that none goes without.
@@ -96,7 +96,7 @@ def list_constructed(
         return
     filters = request.filters
     fewest = max(_count_least_irregular(boundary), least)
-    yield Step([], _rank(search, fewest, 0, 0, -1))
+    yield Batch([], _rank(search, fewest, 0, 0, -1))
     made = construct_fills(
         boundary,
         FamilyLookup.shared(),
@@ -115,7 +115,7 @@ def list_constructed(
             rank = _rank(search, irregular, fill.n_irregular_boundary, off, place)
             distance = float(off) if request.strokes else None
             found.append((rank, ConstructedFill(replace(fill, flow_distance=distance))))
-        yield Step(found, bound)
+        yield Batch(found, bound)
 
 
 def _count_least_irregular(boundary: Boundary) -> int:
@@ -130,7 +130,7 @@ def _count_least_irregular(boundary: Boundary) -> int:
     return max((abs(turn) + 1) // 2, boundary.n_sides - 8 if boundary.convex else 0)
 
 
-def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -> Rank:
+def _rank(search: MatchSearch, irregular: int, boundary: int, off: int, place: int) -> Rank:
     return search.ranking.rank_constructed(irregular, AFTER + boundary, off, place)
 
 
@@ -161,7 +161,7 @@ def _passes(fill: Fill, query: PreparedQuery, filters: Sequence[tuple[str, Filte
     return admits(filters, fill, columns)
 
 
-def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
+def _off(fill: Fill, search: MatchSearch, strokes: Sequence[Stroke]) -> int | None:
     """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
     if not strokes:
         return 0

@@ -17,19 +17,30 @@ Differs from the paper: fewest irregular vertices first hides what artists do wi
 more; benchmarks/RESULTS.md has how often either order lists an artist's own fill.
 
 Where strokes have ends, fits that miss none of them come first in both, and those that do after
-them, by a search of their own (:mod:`query.listing.stream`).
+them, by a search of their own (:mod:`query.listing.merging`).
 
 The other orders sort what these find by a measure; see :mod:`query.listing.orders`.
 """
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from query.listing.table import Table, TableEntries
+from query.listing.prepared import PreparedQuery
+from query.listing.table import RelaxedTable, Table, TableEntries
+
+#: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
+LISTINGS_KEPT = 16
+
+#: Tables are shared by threads that ask at the same time.
+_KEEPING = threading.Lock()
+
+#: The origin of patterns that no mesh has shown.
+FAMILY = "family"
 
 #: A place in an order: smaller comes first. Ties end at the pattern's id and the fit's place
 #: among its row's, so that the same query gives the same list on any number of threads.
@@ -123,3 +134,35 @@ class Listing:
             return regular
         worth = float(self.worth[at])
         return (-worth / ((max(place, 0) + 1) * OFF_BY_ONE**off), *regular)
+
+
+def list_rows(query: PreparedQuery, table: Table, ranking: Ranking) -> Listing:
+    """The rows of a table that may be taken, in the order in which their fits may come.
+
+    Kept with the table: queries often ask much the same way.
+    """
+    q = query
+    loops = any(stroke.is_loop for stroke in q.request.strokes)
+    rules = tuple(
+        (name, value)
+        for name, rule, value in q.request.filters
+        if rule.pattern is not None or rule.fit is not None
+    )
+    asked_before = (q.boundary.corners, rules, loops, q.request.wants(FAMILY), ranking)
+    known = None if q.of_few else table.listings.get(asked_before)
+    if known is not None:
+        return known
+    passing = q.admit_rows(table)
+    if isinstance(table, RelaxedTable) and not q.request.wants(FAMILY):
+        passing &= table.frequency > 0
+    if loops:
+        passing &= table.n_loops > 0
+    entries = table.entries(q.boundary, passing)
+    kept = q.request.admit_fits(entries)
+    listing = ranking.list_entries(table, entries if kept.all() else entries.take(kept))
+    if not q.of_few:
+        with _KEEPING:
+            while len(table.listings) >= LISTINGS_KEPT:
+                table.listings.pop(next(iter(table.listings)))
+            table.listings[asked_before] = listing
+    return listing

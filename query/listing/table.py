@@ -90,7 +90,6 @@ class Table(Protocol):
     """
 
     labels: Labels
-    signatures: SignatureRows
     ids: NDArray[np.int64]
     frequency: NDArray[np.int64]
     uses: NDArray[np.int64]
@@ -102,6 +101,9 @@ class Table(Protocol):
     min_valence: Int32Array
     max_valence: Int32Array
     listings: dict[Any, Any]
+
+    @property
+    def signatures(self) -> SignatureRows: ...
 
     def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> TableEntries:
         """The rows that pass (r,) and have corners that the boundary may take."""

@@ -94,7 +94,7 @@ class WidthSolver:
     ) -> NDArray[np.bool_]:
         """(r,) bool: has a row widths in any allowed orientation? As :meth:`find_feasible`."""
         if self.by_cpsat or self.problem.has_strokes:
-            return self.find_feasible(table, rows, allowed, once=True).any(axis=1)
+            return np.any(self.find_feasible(table, rows, allowed, once=True), axis=1)
         return self._by_lengths.find(table.signatures, rows, allowed, once=True)[:, 0]
 
     def find_best(

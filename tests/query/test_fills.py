@@ -23,7 +23,7 @@ from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError
 from query.identity import is_mesh
-from query.listing.filters import explain_impossible
+from query.listing.explanation import explain_impossible
 from query.request import NO_DOUBLETS, PatternFilter
 from query.solving import feasibility, widths
 from tests.support.query.cases import (

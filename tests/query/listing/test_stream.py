@@ -21,7 +21,7 @@ from patterndb.core.quadmesh import QuadMesh
 from patterndb.system.deadline import limit_time
 from query import Boundary, Fill, Stroke
 from query.errors import InvalidQueryError
-from query.listing.lane import list_loop_widths
+from query.listing.matches import list_loop_widths
 from query.listing.orders import ORDERS
 from query.placing.strands import count_edges_off
 from tests.support.query.cases import (
@@ -86,7 +86,7 @@ def test_who_waits_for_a_measure_is_let_go(by_limit: bool, monkeypatch: pytest.M
         return 0.0, fill
 
     monkeypatch.setitem(ORDERS, "small", replace(ORDERS["small"], measure=measure))
-    monkeypatch.setattr("query.listing.stream.LARGE_QUADS", 1)
+    monkeypatch.setattr("query.listing.fills.LARGE_QUADS", 1)
     limit = 0.3 if by_limit else None
     stream = query.fills(Source(), (5, 4, 6, 3, 4), order="small", time_limit=limit)
     try:

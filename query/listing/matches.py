@@ -1,7 +1,7 @@
-"""Lanes: the fits of one table, found bit by bit and in order.
+"""Matches: the rows of one table that fit a boundary, with their widths, found bit by bit in order.
 
-A lane takes the table's rows in the order in which their fits may come, a share at a time:
-small shares first, so that the first fit does not wait for the last pattern.
+A stream of matches takes the table's rows in the order in which their fills may come, a share at a
+time: small shares first, so that the first fill does not wait for the last pattern.
 """
 
 from __future__ import annotations
@@ -70,19 +70,19 @@ class Candidate(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class More:
-    """Fits of a pattern that are yet to be found; they rank where this stands, or after it."""
+class Continuation:
+    """Matches of a pattern that are yet to be found; they rank where this stands, or after it."""
 
     find: Callable[[], list[Found]]
     pattern_id: int
 
 
-Found = tuple[Rank, "Candidate | More"]
+Found = tuple[Rank, "Candidate | Continuation"]
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """What a lane has found, and what may still come.
+class Batch:
+    """Matches of a stream, and the bound on those that may still come.
 
     found: candidates with their ranks, in any order.
     bound: nothing that comes later ranks before it; None where nothing comes any more.
@@ -93,7 +93,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Fit:
+class Match:
     """A row of a table with the widths that make it meet a boundary.
 
     table, row:  what is to be expanded.
@@ -132,8 +132,8 @@ class Fit:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Search:
-    """What all lanes of a query need to know.
+class MatchSearch:
+    """What all streams of matches of a query need.
 
     solver:    of the width problem of the boundary and strokes.
     keep:      fits of one row that are looked for at first.
@@ -159,8 +159,10 @@ class Search:
         return self.solver.cancelled
 
 
-def search_table(table: Table, listing: Listing, search: Search, least: int) -> Iterator[Step]:
-    """The fits of the entries listed; the first step only says what may come.
+def list_matches(
+    table: Table, listing: Listing, search: MatchSearch, least: int
+) -> Iterator[Batch]:
+    """The matches of the entries listed; the first batch has only a bound.
 
     least: no fit has fewer irregular vertices.
     """
@@ -170,7 +172,7 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
     if not len(listing):
         return
     at, size, solve = 0, FIRST_ROWS, FIRST_SOLVED
-    yield Step([], listing.rank(0, 0, -1))
+    yield Batch([], listing.rank(0, 0, -1))
     while at < len(listing):
         last = min(at + size, len(listing))
         after = listing.rank(last, 0, -1) if last < len(listing) else None
@@ -181,7 +183,7 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
         some = allowed.any(axis=1)
         hits, allowed = places[some], allowed[some]
         if not len(hits) and not search.cancelled[0]:
-            yield Step([], after)
+            yield Batch([], after)
         end = 0
         while end < len(hits):
             if search.cancelled[0]:
@@ -190,16 +192,16 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
             solve = min(2 * solve, MOST_SOLVED)
             bound = listing.rank(int(hits[end]), 0, -1) if end < len(hits) else after
             near = hits[begin:end], allowed[begin:end]
-            found = _fits(table, listing, *near, search, search.keep, 0)
-            yield Step(found, bound)
+            found = _find_matches(table, listing, *near, search, search.keep, 0)
+            yield Batch(found, bound)
 
 
-def _fits(
+def _find_matches(
     table: Table,
     listing: Listing,
     hits: NDArray[np.int64],
     allowed: NDArray[np.bool_],
-    search: Search,
+    search: MatchSearch,
     keep: int,
     known: int,
 ) -> list[Found]:
@@ -231,12 +233,12 @@ def _fits(
                 if place >= known and offs[f] >= search.least_off:
                     off = offs[f] if search.strokes or search.n_loops else None
                     on_boundary = int(listing.entries.n_irregular_boundary[at])
-                    fit = Fit(table, row, turned[f], tuple(widths[f]), wide, on_boundary, off)
+                    fit = Match(table, row, turned[f], tuple(widths[f]), wide, on_boundary, off)
                     found.append((listing.rank(at, offs[f], place), fit))
                 place += 1
         if last - first >= solve_most and not search.cancelled[0]:
             later = partial(
-                _fits,
+                _find_matches,
                 table,
                 listing,
                 hits[hit : hit + 1],
@@ -245,6 +247,6 @@ def _fits(
                 keep * GROWTH,
                 place,
             )
-            more = More(later, int(table.ids[row]))
+            more = Continuation(later, int(table.ids[row]))
             found.append((listing.rank(at, offs[last - 1], place), more))
     return found

@@ -2,58 +2,106 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import combinations, islice
 
-from patterndb.core.patternclass import PatternClass
+from patterndb.system.requests import list_options
 from query.boundary import Boundary
-from query.request import PatternFilter
+from query.fill import Fill
+from query.listing.prepared import PreparedQuery
+from query.listing.ranking import Ranking, list_rows
+from query.listing.table import get_strict_table
+from query.request import FillRequest, PatternFilter
 
 #: Quads around an interior vertex are at least two: with one, it would meet itself.
 LEAST_VALENCE = 2
 
 
-def explain_empty(
-    patterns: PatternClass,
-    boundary: Boundary,
-    filters: PatternFilter,
-    n_candidates: int,
-    *,
-    strict: bool,
-    strokes: int,
-    together: Sequence[tuple[int, ...]] | None = (),
-    relaxed: Sequence[str] = (),
-) -> str:
-    """Return one sentence. n_candidates: patterns of the class that pass the filters. strokes: how
-    many were asked for. together: those, by their numbers from 0, that some fill has together; None
-    where time was up before that was known. relaxed: the fills that exist without one of the
-    filters, a part of a sentence each."""
-    impossible = explain_impossible(boundary, filters) if strict else None
+#: Groups of as many strokes that are tried where no fill has all.
+MOST_GROUPS = 10
+
+#: Finds the most regular fill of a query; returns it, and whether it is known that there is none.
+FindFill = Callable[[PreparedQuery], tuple[Fill | None, bool]]
+
+
+def explain_empty(query: PreparedQuery, find_fill: FindFill) -> str:
+    """Return one sentence: why a query has no fill.
+
+    find_fill: searches for fills of less strict queries, until time is up.
+    """
+    request, boundary, patterns = query.request, query.boundary, query.patterns
+    strict = request.strict or request.max_boundary_irregular == 0
+    impossible = explain_impossible(boundary, request) if strict else None
     if impossible:
         return impossible
     sides = _sides(boundary)
-    if strokes:
+    if request.strokes:
+        n_strokes = len(request.strokes)
+        together = _find_compatible_strokes(query, find_fill) if n_strokes > 1 else []
         return (
-            f"no fill has strands on all the strokes{_list_groups(together, strokes)}; allow a "
+            f"no fill has strands on all the strokes{_list_groups(together, n_strokes)}; allow a "
             "greater tolerance, leave a stroke out, or split the boundary along one"
         )
+    relaxed = " and ".join(_list_relaxed(query, find_fill))
     if not strict:
-        return f"no fill passes the filters; {' and '.join(relaxed) or 'relax them'}"
+        return f"no fill passes the filters; {relaxed or 'relax them'}"
     if len(patterns) == 0:
         return (
             f"the database has no pattern with {sides}; learn from more meshes, or let corners "
             "fall elsewhere (relaxed matching)"
         )
+    n_candidates = len(list_rows(query, get_strict_table(patterns), Ranking(False, False)))
     if n_candidates == 0:
-        mend = " and ".join(relaxed) or "relax the filters or learn from more meshes"
         return (
             f"none of the {len(patterns)} patterns with {sides} has these corners and passes the "
-            f"filters; {mend}"
+            f"filters; {relaxed or 'relax the filters or learn from more meshes'}"
         )
     lengths = ", ".join(map(str, boundary.lengths))
     return (
         f"none of the {n_candidates} patterns with {sides} that pass fits the lengths {lengths}; "
-        + (" and ".join(relaxed) or "change the lengths, or learn from more meshes")
+        f"{relaxed or 'change the lengths, or learn from more meshes'}"
     )
+
+
+def _find_compatible_strokes(
+    query: PreparedQuery, find_fill: FindFill
+) -> list[tuple[int, ...]] | None:
+    """Find large groups of strokes, by their numbers from 0, that a fill has; all as large.
+
+    Empty where no stroke alone has a fill; None where that is not known when time is up.
+    """
+    strokes = query.request.strokes
+
+    def find_with(group: tuple[int, ...]) -> tuple[Fill | None, bool]:
+        return find_fill(query.change(strokes=tuple(strokes[number] for number in group)))
+
+    alone = [find_with((number,)) for number in range(len(strokes))]
+    usable = [number for number, (fill, _) in enumerate(alone) if fill is not None]
+    # A fill of several strokes is one of each of them.
+    for size in range(min(len(usable), len(strokes) - 1), 1, -1):
+        groups = islice(combinations(usable, size), MOST_GROUPS)
+        found = [group for group in groups if find_with(group)[0] is not None]
+        if found:
+            return found
+    if not usable and not all(is_known for _, is_known in alone):
+        return None
+    return [(number,) for number in usable]
+
+
+def _list_relaxed(query: PreparedQuery, find_fill: FindFill) -> list[str]:
+    """List the fills that exist without one of the filters, for each that alone excludes them."""
+    found: list[str] = []
+    for name, rule, value in query.request.filters:
+        free = list_options(FillRequest)[name].default
+        if not rule.without or value == free:
+            continue
+        fill, _ = find_fill(query.change(**{name: free}))
+        if fill is not None:
+            found.append(rule.without.format(fill=fill, value=value))
+    if query.ids is not None and find_fill(replace(query, ids=None))[0] is not None:
+        found.append("there are fills without the choice of meshes and licences")
+    return found
 
 
 def _list_groups(together: Sequence[tuple[int, ...]] | None, strokes: int) -> str:
