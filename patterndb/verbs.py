@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from query.engine import PatternSource
     from query.fill import Fill
     from query.holes import Hole, HoleFills, HoleOptions
-    from query.listing.stream import Fills
+    from query.listing.fills import Fills
     from query.request import FillRequest
 
 
