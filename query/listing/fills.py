@@ -14,7 +14,7 @@ from query.cancellation import CancelFlag, RunLimits, wait_unless_cancelled
 from query.errors import QueryCancelledError
 from query.fill import Fill
 from query.listing.explanation import explain_empty
-from query.listing.merging import HURRY_SECONDS, FillSearch
+from query.listing.merging import HURRY_SECONDS, RankedSearch
 from query.listing.orders import ORDERS, Measure
 from query.listing.prepared import PreparedQuery
 
@@ -49,7 +49,7 @@ class Fills(Iterator[Fill]):
         self.seconds = 0.0
         self._query = query
         self._limits = RunLimits(query.request.time_limit, cancelled)
-        self._search = FillSearch(query, self._limits)
+        self._search = RankedSearch(query, self._limits)
         self._listed = 0
         self._left_out = False
         self._source = self._ordered()

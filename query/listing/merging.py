@@ -49,7 +49,7 @@ FAMILY = "family"
 CONSTRUCTED = "constructed"
 
 
-class FillSearch:
+class RankedSearch:
     """The search for the fills of one query, in the orders "artist" and "regular".
 
     found:    has it found a fill?
