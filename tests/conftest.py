@@ -1,11 +1,8 @@
-"""What all tests share: the settings of hypothesis, what to do without a shared folder, and the
-starter database."""
+"""Settings of hypothesis, the starter database, and a note where larger runs are left out."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -29,34 +26,10 @@ settings.register_profile("repeatable", settings.get_profile("random"), derandom
 settings.load_profile("repeatable")
 
 
-#: How a test module names what lies in the shared folder.
-NEEDS_SHARED = re.compile(
-    r"\b(SHARED|GOLDEN|MESHES|oracle|support\.query\.(cases|placing)|support\.viewer\.disks)\b"
-)
-
-
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say at the end, where -q leaves out the head, that there is no shared folder."""
+    """Report that larger runs were left out, where the folder for them is missing."""
     if not SHARED.is_dir():
-        terminalreporter.write_line(
-            f"no shared folder at {SHARED}: the test modules that compare with it are skipped"
-        )
-
-
-class SkippedModule(pytest.Module):
-    """A test module that needs the shared folder where there is none; it is not imported."""
-
-    def collect(self) -> list[pytest.Item]:
-        pytest.skip("compares with the shared folder, which is not there", allow_module_level=True)
-
-
-def pytest_pycollect_makemodule(
-    module_path: Path, parent: pytest.Collector
-) -> pytest.Module | None:
-    """Skip, where there is no shared folder, the modules that need it, named ones too."""
-    if SHARED.is_dir() or not NEEDS_SHARED.search(module_path.read_text(encoding="utf-8")):
-        return None
-    return SkippedModule.from_parent(parent, path=module_path)
+        terminalreporter.write_line(f"no folder at {SHARED}: without larger runs")
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +11,14 @@ import pytest
 
 from ingest import ingest
 from patterndb.store import Database, LearningOptions
-from tests.support.shared import GOLDEN, MESHES
+from tests.support.meshes import examples, models
+from tests.support.shared import DATA, GOLDEN, MESHES, list_shared
+
+#: Figures of the meshes that are here, and of larger ones by artists where these are.
+FIGURES = [DATA / "learning.jsonl", *list_shared(GOLDEN, "learning.jsonl")]
 
 ROWS: list[dict[str, Any]] = [
-    json.loads(line) for line in (GOLDEN / "learning.jsonl").read_text().splitlines()
+    json.loads(line) for path in FIGURES for line in path.read_text().splitlines()
 ]
 
 
@@ -24,15 +29,21 @@ def options_of(row: dict[str, Any]) -> LearningOptions:
 
 
 def test_all_rows_are_there() -> None:
-    assert len(ROWS) == 14
+    meshes = Counter(row["mesh"] for row in ROWS)
+    assert all(meshes[path.name] == 2 for path in [*examples(), *models()])
     assert {row["options"].split()[-1] == "--prepare" for row in ROWS} == {True, False}
+
+
+def find_mesh(name: str) -> Path:
+    """Return the file of that name among examples, models and the artists' meshes."""
+    return next(path for path in [*examples(), *models(), MESHES / name] if path.name == name)
 
 
 @pytest.mark.parametrize("row", ROWS, ids=lambda r: f"{r['mesh']} {r['options']}")
 def test_counts_of_a_mesh(row: dict[str, Any], tmp_path: Path) -> None:
     options = options_of(row)
     with Database(tmp_path / "one.db", "create") as db:
-        report = ingest(db, [MESHES / row["mesh"]], options).meshes[0]
+        report = ingest(db, [find_mesh(row["mesh"])], options).meshes[0]
         (mesh,) = db.meshes()
         statistics = db.statistics()
         assert db.verify() == []

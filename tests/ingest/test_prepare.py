@@ -19,14 +19,20 @@ from tests.support.meshes import (
     beside,
     examples,
     mesh_of_file,
+    models,
     quad_soups,
     refined,
+    shared_meshes,
     wrapped,
 )
-from tests.support.reference.halfedge import as_complex, components
-from tests.support.shared import MESHES, oracle
+from tests.support.reference import reduction as reference
+from tests.support.reference.halfedge import as_complex, components, twins
+from tests.support.shared import SHARED, oracle
 
 MEDIUM = ["spot", "penguin", "osd_pawn", "q_cat", "mh_tongue", "q_clownfish", "q_spider", "q_fish"]
+
+#: Plain Python takes minutes for larger meshes.
+MOST_QUADS = 1000
 
 
 def twin_of(adjacency: list[list[tuple[int, int] | None]]) -> list[int]:
@@ -55,17 +61,24 @@ def assert_sound(mesh: QuadMesh, prepared: QuadMesh) -> None:
 
 
 def assert_prepared(quads: Quads) -> None:
-    """Half-edges as the other program's, which finds neighbours by vertices; so they are
-    compared where no border edges lie on each other to begin with."""
+    """Half-edges as by plain Python; and as by the program of the shared folder, where it is.
+
+    These find neighbours by vertices, so they are compared where no border edges lie on each
+    other to begin with.
+    """
     mesh = QuadMesh.from_quads(quads)
     prepared = prepare(mesh)
     assert_sound(mesh, prepared)
+    if mesh.n_quads <= MOST_QUADS and twins(mesh.quads.tolist()) == mesh.twin.tolist():
+        expected = twins(reference.prepare_mesh(mesh.quads.tolist()))
+        assert prepared.twin.tolist() == expected
+    if not SHARED.is_dir():
+        return
     program = oracle()
     faces = program.Complex(quads).faces
     if twin_of(program.adjacency(faces)) == mesh.twin.tolist():
         reduced = program.reduce_patch(faces, whole_mesh=True)
-        expected = twin_of(program.Complex(reduced, oriented=True).adj)
-        assert prepared.twin.tolist() == expected
+        assert prepared.twin.tolist() == twin_of(program.Complex(reduced, oriented=True).adj)
 
 
 @pytest.mark.parametrize("name", SHAPES)
@@ -85,7 +98,7 @@ def test_refined_random_meshes(quads: Quads) -> None:
 
 
 @pytest.mark.parametrize(
-    "path", [*examples(), *(MESHES / f"{n}.obj" for n in MEDIUM)], ids=lambda p: p.stem
+    "path", [*examples(), *models(), *shared_meshes(*MEDIUM)], ids=lambda p: p.stem
 )
 def test_artists_meshes(path: Path) -> None:
     mesh = mesh_of_file(path)

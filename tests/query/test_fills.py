@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import random
-import sys
 from collections import Counter
 from collections.abc import Iterable
 from itertools import product
-from types import ModuleType
 
 import numpy as np
 import pytest
@@ -26,6 +23,7 @@ from query.identity import is_mesh
 from query.listing.explanation import explain_impossible
 from query.request import NO_DOUBLETS, PatternFilter
 from query.solving import feasibility, widths
+from tests.support.fillchecks import check_fill
 from tests.support.query.cases import (
     LEARNED,
     Answer,
@@ -38,7 +36,6 @@ from tests.support.query.cases import (
     small_patterns,
 )
 from tests.support.reference.code import Code
-from tests.support.shared import SHARED, oracle
 
 #: As a query is without options.
 ANYTHING = {
@@ -76,17 +73,6 @@ def is_small(fill: Fill) -> bool:
     return len(inner) <= 4 and all(3 <= v <= 5 for v in inner)
 
 
-@pytest.fixture(scope="module")
-def checker() -> ModuleType:
-    """The independent checker of fills."""
-    sys.modules.setdefault("oracle", oracle())
-    spec = importlib.util.spec_from_file_location("check_fill", SHARED / "oracle/check_fill.py")
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.parametrize("boundary", some_boundaries(260), ids=str)
 def test_exactly_the_small_disks_are_found_and_none_twice(boundary: Boundary) -> None:
     """All quad disks of that size are known: a query must list each, in every way it lies."""
@@ -101,17 +87,14 @@ def test_exactly_the_small_disks_are_found_and_none_twice(boundary: Boundary) ->
 
 
 @pytest.mark.parametrize("boundary", some_boundaries(60, 12), ids=str)
-def test_the_independent_checker_finds_nothing_wrong(
-    boundary: Boundary, checker: ModuleType
-) -> None:
+def test_fills_are_disks_along_their_boundary(boundary: Boundary) -> None:
     for fill in every(boundary):
         document = json.loads(json.dumps(fill.to_json()))
         kinds = list(boundary.corner_counts)
         if boundary.n_sides == 0:
-            # The checker takes the first vertex of each side for a corner.
+            # The first vertex of the side is no corner.
             kinds = [2]
-        why, irregular = checker.check(list(boundary.lengths), document, kinds)
-        assert why is None
+        irregular = check_fill(boundary.lengths, document, kinds)
         assert irregular == (fill.n_irregular, 0), "strict fills are regular on the boundary"
 
 

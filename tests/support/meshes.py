@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ingest.formats import read_mesh
 from patterndb.core.quadmesh import QuadMesh
-from tests.support.shared import EXAMPLES
+from tests.support.shared import DATA, EXAMPLES, MESHES, list_shared
 
 Quads = list[list[int]]
 
@@ -212,6 +212,16 @@ def mesh_of_file(path: Path) -> QuadMesh:
 def examples() -> list[Path]:
     """The example meshes."""
     return sorted(EXAMPLES.glob("*.obj"))
+
+
+def models() -> list[Path]:
+    """The meshes that are modelled for the tests, see tests/support/models.py."""
+    return sorted((DATA / "meshes").glob("*.obj"))
+
+
+def shared_meshes(*names: str) -> list[Path]:
+    """Those of the artists' meshes by name that are there, for larger runs."""
+    return list_shared(MESHES, *(f"{name}.obj" for name in names))
 
 
 def random_patches(mesh: QuadMesh, n: int, most: int, seed: int) -> Iterator[NDArray[np.int32]]:

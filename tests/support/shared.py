@@ -9,9 +9,15 @@ from types import ModuleType
 
 CHECKOUT = Path(__file__).resolve().parents[2]
 EXAMPLES = CHECKOUT / "examples"
+DATA = CHECKOUT / "tests" / "data"
 SHARED = CHECKOUT.parent / "shared"
 GOLDEN = SHARED / "golden"
 MESHES = SHARED / "data" / "meshes"
+
+
+def list_shared(folder: Path, *names: str) -> list[Path]:
+    """Return those of the files in a shared folder that are there: none in a clone alone."""
+    return [folder / name for name in names if (folder / name).is_file()]
 
 
 @cache

@@ -15,10 +15,8 @@ from patterndb.geometry.embedding import (
     find_flipped_quads,
     make_outline,
 )
-from tests.support.shared import SHARED
+from tests.support.smalldisks import read_small_disks
 from tests.support.viewer.disks import ALL, disk, expand, pattern, refined
-
-CATALOGUE = SHARED / "golden" / "disk_quadrangulations.dqs"
 
 
 def turns(loop: np.ndarray) -> np.ndarray:
@@ -94,12 +92,9 @@ def test_expansions(name: str, data: st.DataObject) -> None:
         assert not find_flipped_quads(d.quads, points).any()
 
 
-@pytest.mark.skipif(not CATALOGUE.exists(), reason="the catalogue is not beside the checkout")
-def test_a_catalogue_of_disks() -> None:
-    lines = [t for t in CATALOGUE.read_text().splitlines() if t and t[0].isdigit()]
-    for line in lines[::7]:
-        quads = np.array([int(t) for t in line.split()[3:]]).reshape(-1, 4)
-        check(Disk.from_twin(QuadMesh.from_quads(quads).twin))
+def test_many_small_disks() -> None:
+    for _, _, quads in read_small_disks()[::7]:
+        check(Disk.from_twin(QuadMesh.from_quads(np.array(quads)).twin))
 
 
 def test_flipped_tells_flipped_quads() -> None:

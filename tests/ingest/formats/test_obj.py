@@ -23,6 +23,8 @@ from tests.support.formats.meshwriters import (
     same,
     soups,
 )
+from tests.support.meshes import examples, models
+from tests.support.shared import MESHES
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 TOKENS = (
@@ -30,8 +32,20 @@ TOKENS = (
     b"nan inf 1_0 0x1 1e5 1e999 1. .5 -.5e-3 007 99999999999 call \0 \t \x0b \x0c \xa0 \xd9\xa1"
 ).split(b" ")
 
-SHARED = Path(__file__).parents[3] / "../shared/data/meshes"
-EXAMPLES = list(csv.DictReader((SHARED / "INDEX.csv").open())) if SHARED.is_dir() else []
+#: Files to read: examples, models, and artists' meshes where these are.
+FILES = [*examples(), *models(), *sorted(MESHES.glob("*.obj"))]
+
+
+def count_elements(path: Path) -> tuple[int, int, int]:
+    """Count vertices, faces and quads: by the index of the artists' meshes, else by lines."""
+    if path.parent == MESHES:
+        rows = csv.DictReader((MESHES / "INDEX.csv").read_text().splitlines())
+        row = next(row for row in rows if row["file"] == path.name)
+        return int(row["nv"]), int(row["nf"]), int(row["quads"])
+    lines = [line.split() for line in path.read_text().splitlines()]
+    faces = [line for line in lines if line[:1] == ["f"]]
+    n_points = sum(line[:1] == ["v"] for line in lines)
+    return n_points, len(faces), sum(len(face) == 5 for face in faces)
 
 
 @patient
@@ -187,15 +201,15 @@ def test_an_error_far_into_a_large_file_has_its_line() -> None:
         assert caught.value.token in ("x", f"{at} 0 0 x")
 
 
-@pytest.mark.parametrize("row", EXAMPLES, ids=lambda row: row["file"])
-def test_the_examples_have_the_counts_of_their_index(row: dict[str, str]) -> None:
-    mesh = read_mesh(SHARED / row["file"])
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_files_have_the_counts_of_their_index(path: Path) -> None:
+    mesh = read_mesh(path)
     counts = (len(mesh.points), mesh.n_faces, len(mesh.quads()[0]))
-    assert counts == (int(row["nv"]), int(row["nf"]), int(row["quads"]))
+    assert counts == count_elements(path)
 
 
-@pytest.mark.parametrize("row", EXAMPLES[::8], ids=lambda row: row["file"])
-def test_the_examples_read_as_the_reference_reads_them(row: dict[str, str]) -> None:
-    data = (SHARED / row["file"]).read_bytes()
+@pytest.mark.parametrize("path", [*FILES[:12:3], *FILES[12::8]], ids=lambda path: path.name)
+def test_files_read_as_the_reference_reads_them(path: Path) -> None:
+    data = path.read_bytes()
     points, faces = referenceobj.read(data)
-    assert_is(obj.parse_obj(data, row["file"], DEFAULT_LIMITS), Soup([], faces), np.array(points))
+    assert_is(obj.parse_obj(data, path.name, DEFAULT_LIMITS), Soup([], faces), np.array(points))

@@ -1,4 +1,4 @@
-"""All disk quadrangulations up to a size, from another program, told apart by their codes."""
+"""All disk quadrangulations up to a size, from plain Python, are distinguished by their codes."""
 
 from __future__ import annotations
 
@@ -17,24 +17,40 @@ from patterndb.core.packing import unpack
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from patterndb.store import LearningOptions
-from tests.support.meshes import examples, mesh_of_file
+from tests.support.meshes import examples, mesh_of_file, models, shared_meshes
 from tests.support.reference import code as reference
+from tests.support.reference.growth import list_small_disks
 from tests.support.reference.halfedge import as_complex, border_vertices, fans
-from tests.support.shared import GOLDEN, MESHES
+from tests.support.shared import GOLDEN
+from tests.support.smalldisks import MOST_BORDER, MOST_INNER, make_row, read_small_disks
+
+#: The same list by a program of others.
+CATALOGUE = GOLDEN / "disk_quadrangulations.dqs"
 
 
 @cache
 def quadrangulations() -> list[Int32Array]:
     """The half-edges of every row of the list."""
     rows: list[Int32Array] = []
-    for line in (GOLDEN / "disk_quadrangulations.dqs").read_text().splitlines():
-        if not line.startswith("//"):
-            n_border, n_inner, n_quads, *flat = map(int, line.split())
-            mesh = QuadMesh.from_quads(np.array(flat).reshape(n_quads, 4))
-            disk = Disk.from_twin(mesh.twin)
-            assert (disk.perimeter, disk.n_vertices) == (n_border, n_border + n_inner)
-            rows.append(mesh.twin)
+    for n_border, n_inner, quads in read_small_disks():
+        mesh = QuadMesh.from_quads(np.array(quads))
+        disk = Disk.from_twin(mesh.twin)
+        assert (disk.perimeter, disk.n_vertices) == (n_border, n_border + n_inner)
+        rows.append(mesh.twin)
     return rows
+
+
+def test_the_list_is_what_grows_quad_by_quad() -> None:
+    """And, where the catalogue of another program is, what that lists."""
+    grown = list_small_disks(MOST_BORDER, MOST_INNER)
+    assert tuple(map(make_row, grown)) == read_small_disks()
+    if CATALOGUE.is_file():
+        other: set[bytes] = set()
+        for line in CATALOGUE.read_text().splitlines():
+            if not line.startswith("//"):
+                quads = np.array(line.split()[3:], np.int64).reshape(-1, 4)
+                other.add(canonical_code(QuadMesh.from_quads(quads).twin)[0].tobytes())
+        assert other == {canonical_code(twin)[0].tobytes() for twin in quadrangulations()}
 
 
 def profile(twin: list[int]) -> tuple[object, ...]:
@@ -98,7 +114,7 @@ def test_the_rows_that_are_patterns_reduce_to_themselves_and_no_other_does() -> 
 def test_learned_patterns_are_pairwise_not_isomorphic(prepare: bool) -> None:
     options = LearningOptions(basic=5, side=10, convex=16, prepare=prepare)
     codes: set[bytes] = set()
-    for path in [*examples(), MESHES / "spot.obj", MESHES / "penguin.obj"]:
+    for path in [*examples(), *models(), *shared_meshes("spot", "penguin")]:
         mesh = mesh_of_file(path)
         codes |= set(learn(mesh.source[mesh.quads], options).codes)
     twins = [decode(unpack(code).astype(np.uint16)) for code in sorted(codes)]

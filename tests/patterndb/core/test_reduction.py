@@ -23,8 +23,10 @@ from tests.support.meshes import (
     examples,
     grid,
     mesh_of_file,
+    models,
     random_patches,
     refined,
+    shared_meshes,
     star,
 )
 from tests.support.reference import reduction as reference
@@ -37,9 +39,8 @@ from tests.support.reference.halfedge import (
     is_disk,
     next_edge,
 )
-from tests.support.shared import MESHES
 
-FILES = [*examples(), *(MESHES / f"{n}.obj" for n in ("spot", "penguin", "q_cat", "q_cow"))]
+FILES = [*examples(), *models()[::2], *shared_meshes("spot", "penguin", "q_cat", "q_cow")]
 PATCHES_A_FILE = 40
 ORDERS = 3
 

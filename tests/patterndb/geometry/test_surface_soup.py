@@ -18,13 +18,15 @@ from patterndb.errors import InvalidMeshError
 from patterndb.geometry.surface import Surface
 from patterndb.geometry.triangulation import MOST_EXACT, SHORTER, cut_faces, triangulate_faces, weld
 from patterndb_sketch.features.registration.mapping import find_outermost
+from tests.support.features.drawnbodies import find_body
 from tests.support.features.models import soup, sphere, sphere_model, to_model, together
-from tests.support.shared import MESHES, SHARED
+from tests.support.shared import MESHES, SHARED, list_shared
 
 CARS = [
-    SHARED / "data" / "cad" / "gclass_chrono.obj",
-    SHARED / "data" / "cad" / "uazbus_chrono.obj",
-    MESHES / "q_car_sportscar.obj",
+    find_body("torn-sedan", ".obj"),
+    find_body("coupe", ".obj"),
+    *list_shared(SHARED / "data" / "cad", "gclass_chrono.obj", "uazbus_chrono.obj"),
+    *list_shared(MESHES, "q_car_sportscar.obj"),
 ]
 
 

@@ -19,7 +19,7 @@ from patterndb_sketch.features.initial import interpolate_points
 from patterndb_sketch.features.registration import register, template_of_name
 from patterndb_sketch.features.session import FEATURE_SESSION
 from tests.support.cli.commandline import assert_refused, run
-from tests.support.cli.featurecases import TEMPLATE, car_bodies, write_bodies
+from tests.support.features.drawnbodies import TEMPLATE, car_bodies, write_bodies
 
 #: Strokes that most tests do with.
 FEW = ("roof_rail", "shoulder", "hood_edge")

@@ -12,7 +12,7 @@ import pytest
 
 from patterndb_app.cli import cli
 from tests.support.cli.commandline import SMALL, content_hash, run
-from tests.support.cli.featurecases import write_bodies
+from tests.support.features.drawnbodies import write_bodies
 from tests.support.shared import EXAMPLES
 
 SQUARE = {"sides": [[[0, 0], [4, 0]], [[4, 0], [4, 4]], [[4, 4], [0, 4]], [[0, 4], [0, 0]]]}

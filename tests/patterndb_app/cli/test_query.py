@@ -1,5 +1,5 @@
 """patterndb query: corners, strokes, relaxed boundaries and wrong options, told from the quads
-that it lists, which the oracle checks."""
+that it lists, which are checked."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from tests.support.cli.commandline import assert_refused, run
-from tests.support.cli.fillchecks import off, strands
 from tests.support.cli.querychecks import ALL, FEW, LOOPED, Fill, codes, document, fills, list_few
+from tests.support.fillchecks import off, strands
 
 #: L-shaped, its fourth corner reflex.
 CORNER = ("--sides=6,2,4,2,2,4", "--corners=c,c,c,r,c,c")

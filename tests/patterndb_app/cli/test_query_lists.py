@@ -1,5 +1,5 @@
 """patterndb query: filters, orders and how a list ends, told from the quads that it lists, which
-the oracle checks."""
+are checked."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 
 import patterndb
 from tests.support.cli.commandline import TINY, assert_refused, run
-from tests.support.cli.fillchecks import inner_valences, strands
 from tests.support.cli.querychecks import ALL, FEW, LOOPED, Fill, codes, document, fills, list_few
+from tests.support.fillchecks import inner_valences, strands
 from tests.support.reference.code import mirrored, rooted_code
 from tests.support.reference.halfedge import twins
 from tests.support.shared import EXAMPLES

@@ -13,8 +13,8 @@ from patterndb_sketch.features.files.shapearrays import read_shapes
 from patterndb_sketch.features.files.templatejson import write_template
 from patterndb_sketch.features.shapemodel import edit, measure_errors, pull_feature
 from tests.support.cli.commandline import Result, assert_refused, run
-from tests.support.cli.featurecases import TEMPLATE as WHOLE
-from tests.support.cli.featurecases import write_bodies
+from tests.support.features.drawnbodies import TEMPLATE as WHOLE
+from tests.support.features.drawnbodies import write_bodies
 
 CARS = ("sedan", "wagon", "coupe")
 

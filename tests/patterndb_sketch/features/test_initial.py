@@ -22,12 +22,17 @@ from patterndb_sketch.features.initial import (
 )
 from patterndb_sketch.features.splines import chordal_parameters
 from tests.support.features.models import soup, sphere, sphere_model, to_model
+from tests.support.meshes import models
 from tests.support.shared import MESHES
 
 SPHERE = sphere_model()
 
 
-@pytest.mark.parametrize("path", sorted(MESHES.glob("q_car_*.obj"))[:3], ids=lambda path: path.stem)
+#: Artists' cars are a larger run.
+PATHS = [*models()[::3], *sorted(MESHES.glob("q_car_*.obj"))[:3]]
+
+
+@pytest.mark.parametrize("path", PATHS, ids=lambda path: path.stem)
 def test_samples_are_on_the_surface(path: Path) -> None:
     """To 1e-9, by distances triangle by triangle; and they are the nearest points."""
     model = Surface.from_soup(read_mesh(path))

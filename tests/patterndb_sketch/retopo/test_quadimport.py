@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import trimesh
@@ -13,6 +15,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.quadgrids import check_quads, mark_separatrices
 from patterndb_sketch.retopo.quadimport import import_quads
+from tests.support.meshes import examples, models, shared_meshes
 from tests.support.retopo.networks import genus
 from tests.support.retopo.quadmeshes import (
     Mesh,
@@ -25,7 +28,6 @@ from tests.support.retopo.quadmeshes import (
     torus,
     tube,
 )
-from tests.support.shared import MESHES
 
 
 def test_a_cube_of_four_has_six_patches() -> None:
@@ -106,19 +108,32 @@ def test_any_mesh_is_taken_apart_and_put_together(seed: int, n: int, level: int)
     assert len(found.network.nodes) == corner.sum()
 
 
+#: Patches of the meshes that are here, and of artists' meshes.
+PATCHES = {
+    "dog": 140,
+    "hand": 115,
+    "head": 259,
+    "jug": 48,
+    "frame": 50,
+    "glove": 56,
+    "mask": 97,
+    "ring": 200,
+    "utah_teapot": 74,
+    "shaderball_base": 72,
+    "mh_eyes": 20,
+    "mh_shoes01": 28,
+    "osd_pawn": 36,
+    "mh_tongue": 14,
+}
+MESH_FILES = [*examples(), *models(), *shared_meshes(*PATCHES)]
+
+
 @pytest.mark.parametrize(
-    ("name", "patches"),
-    [
-        ("utah_teapot", 74),
-        ("shaderball_base", 72),
-        ("mh_eyes", 20),
-        ("mh_shoes01", 28),
-        ("osd_pawn", 36),
-        ("mh_tongue", 14),
-    ],
+    "path", [path for path in MESH_FILES if path.stem in PATCHES], ids=lambda path: path.stem
 )
-def test_real_meshes_come_back(name: str, patches: int) -> None:
-    given_mesh = read_mesh(MESHES / f"{name}.obj")
+def test_meshes_come_back(path: Path) -> None:
+    patches = PATCHES[path.stem]
+    given_mesh = read_mesh(path)
     mesh = given_mesh.points, given_mesh.corners.reshape(-1, 4).astype(np.int32)
     found = import_quads(*mesh)
     assert len(found.network.patches) == patches

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing import find_cycles, find_openings, read_network
 from patterndb_sketch.surfacing.openings import Openings
-from tests.support.shared import SHARED
+from tests.support.surfacing.networkfiles import list_graphs
 from tests.support.surfacing.networks import cube, faces_network, torus
 
 
@@ -109,9 +110,11 @@ def test_a_closed_curve_is_a_rim_by_itself() -> None:
     assert rim.closed and rim.list_names(network) == ["ring"]
 
 
-@pytest.mark.parametrize("name", ["computer-mouse", "01-2-1", "08-2-2"])
-def test_rims_of_sketches_are_closed(name: str) -> None:
-    network = read_network(SHARED / "data" / "curves" / "cassie" / "graph" / f"{name}.json")
+@pytest.mark.parametrize(
+    "path", list_graphs("computer-mouse", "01-2-1", "08-2-2"), ids=lambda path: path.stem
+)
+def test_rims_of_sketches_are_closed(path: Path) -> None:
+    network = read_network(path)
     found = find_cycles(network)
     openings = assert_open(network, list(found.cycles))
     assert all(rim.closed for rim in openings.rims)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import random
 from collections.abc import Iterator
@@ -16,10 +15,9 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill
-from tests.support.query.cases import Source, code_of, small_disks
+from tests.support.query.cases import Source, code_of, read_reference_fills, small_disks
 from tests.support.reference.code import Code, mirrored, rooted_code
 from tests.support.reference.halfedge import as_complex, border_loop, fans
-from tests.support.shared import GOLDEN
 
 #: What relaxed matching lists: at most so many irregular vertices, and of them on the boundary.
 MOST, MOST_ON_BOUNDARY = 4, 3
@@ -102,16 +100,12 @@ def test_every_small_disk_with_few_irregular_vertices_is_listed(boundary: Bounda
 def test_the_complete_family_is_never_worse_than_fifteen_patterns() -> None:
     """The best fills of random boundaries beside those of the filler of Takayama et al. 2014."""
     fewer = rows = 0
-    with (GOLDEN / "fills.csv").open(newline="") as lines:
-        for row in csv.DictReader(lines):
-            if row["ok"] != "1":
-                continue
-            lengths = [int(length) for length in row["lengths"].split("-")]
-            fill = query.best(PatternClass.from_patterns(len(lengths), []), lengths)
-            assert fill is not None
-            assert fill.n_irregular <= int(row["n_irregular_all"])
-            fewer += fill.n_irregular < int(row["n_irregular_all"])
-            rows += 1
+    for boundary, reference in read_reference_fills():
+        fill = query.best(PatternClass.from_patterns(boundary.n_sides, []), boundary)
+        assert fill is not None
+        assert fill.n_irregular <= reference
+        fewer += fill.n_irregular < reference
+        rows += 1
     assert rows == 249
     assert fewer >= 50
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import random
 from collections import defaultdict
 from collections.abc import Sequence
@@ -28,7 +29,8 @@ from query.solving.problem import Labels, WidthProblem, build_width_problem
 from query.solving.widths import WidthSolver
 from tests.support.reference.code import Code, mirrored, rooted_code
 from tests.support.reference.halfedge import Quads, as_complex, border_loop, fans, twins
-from tests.support.shared import GOLDEN
+from tests.support.shared import DATA
+from tests.support.smalldisks import read_small_disks
 
 KIND: dict[int, CornerKind] = {1: "convex", 3: "reflex"}
 
@@ -36,15 +38,27 @@ Widths = tuple[int, ...]
 
 
 @cache
+def read_reference_fills() -> list[tuple[Boundary, int]]:
+    """Return random boundaries of 2 to 6 sides, each with the irregular vertices of the fill that
+    the 15 patterns of Takayama et al. (2014) give, by a program of others.
+
+    Vertices of the border count where they have another number of quads than 1 at a corner and 2
+    elsewhere.
+    """
+    with (DATA / "fifteen_patterns.csv").open(newline="") as file:
+        return [
+            (Boundary(map(int, row["lengths"].split("-"))), int(row["n_irregular"]))
+            for row in csv.DictReader(file)
+        ]
+
+
+@cache
 def small_disks() -> list[list[int]]:
     """Half-edges of all disks of at most 14 boundary and 4 interior vertices, the latter of
     valence 3 to 5, with at most 3 quads at a boundary vertex, up to rotation and mirror image."""
-    rows = []
-    for line in (GOLDEN / "disk_quadrangulations.dqs").read_text("ascii").splitlines():
-        if not line.startswith("//"):
-            quads = np.array(line.split()[3:], np.int64).reshape(-1, 4)
-            rows.append(QuadMesh.from_quads(quads).twin.tolist())
-    return rows
+    return [
+        QuadMesh.from_quads(np.array(quads)).twin.tolist() for _, _, quads in read_small_disks()
+    ]
 
 
 @cache

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import random
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from tests.support.reference.halfedge import (
+    Quads,
     Twin,
     as_complex,
     border_vertices,
     fans,
     next_edge,
     prev_edge,
+    twins,
 )
 
 
@@ -33,16 +35,23 @@ def strip_through(twin: dict[int, int], h: int) -> tuple[list[int], bool]:
     return strip, t == first
 
 
-def may_collapse(twin: dict[int, int], strip: list[int], loop: bool, strict: bool) -> bool:
+def may_collapse(
+    twin: dict[int, int],
+    strip: list[int],
+    loop: bool,
+    strict: bool,
+    vertex: Mapping[int, int] | None = None,
+) -> bool:
     """Does it not cross itself, are its chains simple and disjoint, and is one regular?
 
     strict: as the definition of collapse has it, neither chain repeats a vertex. Otherwise only
     a regular one must not; that is what the definition of dissolving comes to. The two part
     where a strip folds back on itself, about two vertices of valence 2 for instance.
+    vertex: the names of vertices by half-edges; by fans if not given.
     """
     if len({h // 4 for h in strip}) < len(strip):
         return False
-    vertex = fans(twin)
+    vertex = fans(twin) if vertex is None else {h: vertex[h] for h in twin}
     left = [vertex[h] for h in strip]
     right = [vertex[next_edge(h)] for h in strip]
     if not loop:
@@ -94,3 +103,44 @@ def reduce_disk(half_edges: Sequence[int], order: random.Random, strict: bool = 
             break
     place = {q: i for i, q in enumerate(sorted({h // 4 for h in twin}))}
     return [4 * place[t // 4] + t % 4 if t >= 0 else -1 for _, t in sorted(twin.items())]
+
+
+def prepare_mesh(quads: Quads) -> Quads:
+    """Collapse polychords of a whole mesh, that of the smallest quad first, until none may.
+
+    quads: with the vertices' names, neighbours in the same sense. Edges of two quads are joined,
+    those that come to lie on each other too. A polychord stays where its collapse would take the
+    last quad away, make a quad with a vertex twice, or the first edge of three quads.
+    """
+    while True:
+        twin = as_complex(twins(quads))
+        vertex = {h: quads[h // 4][h % 4] for h in twin}
+        for h in [h for h in sorted(twin) if h % 4 < 2]:
+            strip, loop = strip_through(twin, h)
+            if may_collapse(twin, strip, loop, strict=True, vertex=vertex):
+                fewer = _merge_names(quads, vertex, strip, loop)
+                if _are_sound(fewer) and (not _has_book(fewer) or _has_book(quads)):
+                    quads = fewer
+                    break
+        else:
+            return quads
+
+
+def _merge_names(quads: Quads, vertex: dict[int, int], strip: list[int], loop: bool) -> Quads:
+    """Return the quads beyond a strip, what is on its left named as what is on its right."""
+    to = {vertex[h]: vertex[next_edge(h)] for h in strip}
+    if not loop:
+        to[vertex[prev_edge(strip[-1])]] = vertex[opposite(strip[-1])]
+    gone = {h // 4 for h in strip}
+    return [[to.get(v, v) for v in quad] for i, quad in enumerate(quads) if i not in gone]
+
+
+def _are_sound(quads: Quads) -> bool:
+    """Are quads left, each with four vertices?"""
+    return bool(quads) and all(len(set(quad)) == 4 for quad in quads)
+
+
+def _has_book(quads: Quads) -> bool:
+    """Have three quads an edge between the same two vertices?"""
+    edges = Counter(frozenset((quad[e], quad[e - 1])) for quad in quads for e in range(4))
+    return max(edges.values()) > 2

@@ -12,8 +12,45 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_drawing
+from tests.support.shared import SHARED, list_shared
+from tests.support.surfacing.sketches import FOLDER
 
 Document = dict[str, Any]
+
+CURVES = SHARED / "data" / "curves"
+
+#: Closed networks whose patches are known: those of the tests, and a larger one where it is.
+CLOSED = [
+    *sorted(FOLDER.glob("*.json")),
+    *list_shared(CURVES / "salvi", "trebol_network.json"),
+]
+
+#: Their nodes, curves and cycles.
+COUNTS = {
+    "ball": (24, 48, 26),
+    "corner": (14, 21, 9),
+    "gem": (24, 36, 14),
+    "trebol_network": (18, 36, 20),
+}
+
+#: The patches that they were made from.
+PATCHES = [*sorted(FOLDER.glob("*.sdm")), *list_shared(CURVES / "salvi", "trebol.sdm")]
+
+#: Loops of B-splines, graphs of strokes and lists of strokes; people drew those that are shared.
+LOOPS = [*sorted(FOLDER.glob("*.lop")), *sorted((CURVES / "salvi").glob("*.lop"))]
+GRAPHS = [
+    *sorted((FOLDER / "graphs").glob("*.json")),
+    *sorted((CURVES / "cassie" / "graph").glob("*.json")),
+]
+STROKES = [
+    *sorted((FOLDER / "strokes").glob("*.curves")),
+    *sorted((CURVES / "cassie" / "strokes").glob("*.curves")),
+]
+
+
+def list_graphs(*names: str) -> list[Path]:
+    """Return the graphs of the tests, and those of the given names where these are."""
+    return [path for path in GRAPHS if path.is_relative_to(FOLDER) or path.stem in names]
 
 
 @cache

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from bodies import body, degrade
@@ -14,9 +16,16 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.registration.mapping import find_outermost
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
+from tests.support.features.drawnbodies import DRAWN, find_body
 from tests.support.features.models import to_model
 from tests.support.features.ribs import ACROSS, FARTHEST, GAP, arc, flat, sheets, sound, to_polyline
-from tests.support.shared import SHARED
+from tests.support.shared import SHARED, list_shared
+
+#: A body with all faults, and vehicles as found where they are.
+TORN = [
+    find_body(DRAWN[-1], ".obj"),
+    *list_shared(SHARED / "data" / "cad", "gclass_chrono.obj", "uazbus_chrono.obj"),
+]
 
 
 class TestRepair:
@@ -159,12 +168,9 @@ class TestRepair:
         ]
         assert np.mean(agree) > 0.9
 
-    @pytest.mark.parametrize("name", ["gclass_chrono", "uazbus_chrono"])
-    def test_vehicles_as_found(self, name: str) -> None:
+    @pytest.mark.parametrize("path", TORN, ids=lambda path: path.stem)
+    def test_torn_vehicles(self, path: Path) -> None:
         """Seen from where a ray first hits them: simple polygons, outward."""
-        path = SHARED / "data" / "cad" / f"{name}.obj"
-        if not path.exists():
-            pytest.skip("the shared vehicles are not beside the checkout")
         model = Surface.from_soup(read_mesh(path))
         rng = np.random.default_rng(0)
         ways = rng.normal(size=(60, 3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,10 +13,8 @@ from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle, In
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
 from patterndb_sketch.surfacing.cycles.found import find_pinches, list_users, orient_cycles
 from patterndb_sketch.surfacing.networkfile import read_network
-from tests.support.shared import SHARED
+from tests.support.surfacing.networkfiles import CLOSED, GRAPHS, list_graphs
 from tests.support.surfacing.networks import cube, faces_network, prism, ring, shuffled, torus
-
-CURVES = SHARED / "data" / "curves"
 
 
 def keys(cycles: tuple[Cycle, ...]) -> set[object]:
@@ -68,20 +67,24 @@ def test_faces_of_prisms_and_of_torus_grids_are_found_exactly(network: CurveNetw
     assert found.proven and not found.notes
 
 
-@pytest.mark.parametrize("name", ["01-2-1", "02-2-2", "08-2-2", "11-2-1", "shield"])
-def test_what_is_found_in_sketches_is_a_surface(name: str) -> None:
+@pytest.mark.parametrize(
+    "path",
+    list_graphs("01-2-1", "02-2-2", "08-2-2", "11-2-1", "shield"),
+    ids=lambda path: path.stem,
+)
+def test_what_is_found_in_sketches_is_a_surface(path: Path) -> None:
     # A wall may stand on two others.
-    assert checked(read_network(CURVES / "cassie" / "graph" / f"{name}.json"), most=3).cycles
+    assert checked(read_network(path), most=3).cycles
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("make", ["torus", "prism", "01-2-2"])
+@pytest.mark.parametrize("make", ["torus", "prism", *(p.stem for p in list_graphs("01-2-2"))])
 def test_order_sense_and_numbers_of_the_curves_do_not_matter(make: str, seed: int) -> None:
     made = {"torus": torus, "prism": lambda: polygon_prism(5)}
     if make in made:
         network = made[make]()
     else:
-        network = read_network(CURVES / "cassie" / "graph" / f"{make}.json")
+        network = read_network(next(path for path in GRAPHS if path.stem == make))
     named = CurveNetwork(
         tuple(Curve(c.points, c.nodes, i, c.stroke) for i, c in enumerate(network.curves)),
         network.nodes,
@@ -101,8 +104,9 @@ def test_order_sense_and_numbers_of_the_curves_do_not_matter(make: str, seed: in
     assert keys(find_cycles(renumbered).cycles) == keys(expected)
 
 
-def test_moved_turned_and_scaled_the_cycles_stay() -> None:
-    network = read_network(CURVES / "salvi" / "trebol_network.json")
+@pytest.mark.parametrize("path", CLOSED, ids=lambda path: path.stem)
+def test_moved_turned_and_scaled_the_cycles_stay(path: Path) -> None:
+    network = read_network(path)
     rotation, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))
 
     def moved(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -8,16 +8,16 @@ import pytest
 from patterndb_sketch.surfacing import (
     CurveNetwork,
     GrowingSketch,
-    SurfaceOptions,
+    Settings,
     Surfacing,
     find_cycles,
     read_drawing,
     surface,
 )
-from tests.support.shared import CHECKOUT, SHARED
+from tests.support.shared import CHECKOUT
+from tests.support.surfacing.networkfiles import list_graphs
 
 TEACUP = CHECKOUT / "examples" / "networks" / "teacup.json"
-CASSIE = SHARED / "data" / "curves" / "cassie" / "graph"
 
 
 def same(one: Surfacing, other: Surfacing) -> bool:
@@ -31,10 +31,10 @@ def same(one: Surfacing, other: Surfacing) -> bool:
 
 
 def from_scratch(network: CurveNetwork, spacing: float) -> Surfacing:
-    return surface(network, find_cycles(network).cycles, options=SurfaceOptions(spacing=spacing))
+    return surface(network, find_cycles(network).cycles, spacing=spacing)
 
 
-@pytest.mark.parametrize("path", [TEACUP, CASSIE / "01-2-2.json"], ids=["teacup", "sketch"])
+@pytest.mark.parametrize("path", [TEACUP, *list_graphs("01-2-2")], ids=lambda path: path.stem)
 def test_every_stage_equals_a_run_from_scratch(path: object) -> None:
     drawing = read_drawing(str(path))
     growing = GrowingSketch()
@@ -73,7 +73,7 @@ def test_other_settings_make_other_surfaces() -> None:
     network = read_drawing(TEACUP).network
     growing = GrowingSketch()
     growing.stage(network)
-    growing.options = SurfaceOptions("area")
+    growing.settings = Settings("area")
     made = growing.stage(network).surfacing
     assert made is not None
     assert {patch.method for patch in made.patches} == {"area"}

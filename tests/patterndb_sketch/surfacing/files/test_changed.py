@@ -12,10 +12,8 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import parse_drawing
-from tests.support.shared import SHARED
 from tests.support.surfacing.networkfiles import CROSSED, Document, change, square_graph
-
-CURVES = SHARED / "data" / "curves"
+from tests.support.surfacing.sketches import FOLDER
 
 
 def places_in(value: object, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
@@ -74,7 +72,7 @@ def value_at(content: object, place: list[Any]) -> object:
 
 
 TEXTS = [
-    (CURVES / "salvi" / "pocket3sided.lop").read_text(),
+    (FOLDER / "loop3.lop").read_text(),
     "v 3\n0 0 0\n1 0 0\n1 1 0\nv 2\n0 0.5 0\n2 0.5 0\n",
     "1\n3\n0 0 0\n1 0 0\n1 1 0\n0 1 0\n.5 -1 0\n1.5 .5 0\n.5 .5 0\n",
 ]

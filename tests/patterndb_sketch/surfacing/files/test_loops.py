@@ -1,4 +1,4 @@
-"""Networks from patches and loops of curves, every one beside the checkout."""
+"""Networks from patches and loops of curves."""
 
 from __future__ import annotations
 
@@ -13,19 +13,16 @@ from patterndb._native.surfacing.curvenetwork.meetings import measure_deviation
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.curvenetwork.polylines import measure_turning
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
-from tests.support.shared import SHARED
-from tests.support.surfacing.networkfiles import bezier, document, parsed
-
-CURVES = SHARED / "data" / "curves"
-LOOPS = sorted((CURVES / "salvi").glob("*.lop"))
-TREBOL = CURVES / "salvi" / "trebol_network.json"
-TREBOL_PATCHES = CURVES / "salvi" / "trebol.sdm"
+from tests.support.surfacing.networkfiles import CLOSED, COUNTS, LOOPS, bezier, document, parsed
+from tests.support.surfacing.sketches import FOLDER
 
 
-class TestTrebol:
-    def test_it_comes_out_exact(self) -> None:
-        network, given = read_network(TREBOL), document(TREBOL)
-        assert len(network.curves) == 36 and len(network.nodes) == 18 and len(network.cycles) == 20
+@pytest.mark.parametrize("path", CLOSED, ids=lambda path: path.stem)
+class TestClosedNetworks:
+    def test_it_comes_out_exact(self, path: Path) -> None:
+        network, given = read_network(path), document(path)
+        counts = (len(network.nodes), len(network.curves), len(network.cycles))
+        assert counts == COUNTS[path.stem]
         assert network.nodes.tolist() == given["nodes"]
         for curve, one in zip(network.curves, given["curves"], strict=True):
             assert (curve.id, list(curve.nodes)) == (one["id"], one["nodes"])
@@ -33,24 +30,32 @@ class TestTrebol:
         for cycle, one in zip(network.cycles, given["cycles"], strict=True):
             assert cycle.steps == tuple((step["curve"], step["reversed"]) for step in one)
 
-    def test_its_polylines_alone_meet_at_the_same_nodes(self) -> None:
-        given = document(TREBOL)
+    def test_its_polylines_alone_meet_at_the_same_nodes(self, path: Path) -> None:
+        given = document(path)
         drawn = {
             "curves": [{"id": c["id"], "points": c["points"]} for c in given["curves"]],
             "cycles": [[step["curve"] for step in cycle] for cycle in given["cycles"]],
         }
         network = parsed(drawn).network
-        assert len(network.curves) == 36 and len(network.nodes) == 18
-        whole = read_network(TREBOL)
+        assert (len(network.nodes), len(network.curves)) == COUNTS[path.stem][:2]
+        whole = read_network(path)
         for cycle, exact in zip(network.cycles, whole.cycles, strict=True):
             assert cycle.key == exact.key
 
-    def test_the_patches_it_was_made_from_give_the_same(self) -> None:
-        network, exact = read_network(TREBOL_PATCHES), read_network(TREBOL)
-        assert network.nodes.tolist() == exact.nodes.tolist()
-        assert [c.nodes for c in network.curves] == [c.nodes for c in exact.curves]
-        assert [c.key for c in network.cycles] == [c.key for c in exact.cycles]
-        for curve, one in zip(network.curves, document(TREBOL)["curves"], strict=True):
+    def test_the_patches_it_was_made_from_give_the_same(self, path: Path) -> None:
+        patches = path.with_name(path.stem.removesuffix("_network") + ".sdm")
+        network, exact = read_network(patches), read_network(path)
+        # Patches number nodes and curves as they come.
+        place = {tuple(node): i for i, node in enumerate(exact.nodes.tolist())}
+        node = [place[tuple(one)] for one in network.nodes.tolist()]
+        assert sorted(node) == list(range(len(exact.nodes)))
+        number = {frozenset(c.nodes): i for i, c in enumerate(exact.curves)}
+        own = [number[frozenset(node[end] for end in c.nodes)] for c in network.curves]
+        assert sorted(own) == list(range(len(exact.curves)))
+        around = [{own[curve] for curve in cycle.curves} for cycle in network.cycles]
+        assert around == [set(cycle.curves) for cycle in exact.cycles]
+        given = document(path)["curves"]
+        for curve, one in zip(network.curves, [given[i] for i in own], strict=True):
             line = bezier(np.array(one["bezier"]))
             assert measure_deviation(curve.points, line) < 1e-4 * curve.length
             assert measure_deviation(line, curve.points) < 1e-3 * curve.length
@@ -85,16 +90,16 @@ class TestLoops:
         ("old", "new", "message"),
         [
             ("3\n3\n", "4\n3\n", r"line \d+: .* is not|ends where"),
-            ("3\n3\n10 0", "3\n3\n10 x", "line 3: 'x' is not a knot"),
-            ("0.266543", "0.9", "line 4: .*descend"),
-            ("3\n3\n10", "3\n99\n10", "line 2: the degree is 99|only"),
-            ("53.9182 -100 8.47485 56", "99 -100 8.47485 56", "curve 2 ends .* away from"),
-            ("53.9182 -100 8.47485 56", "nan -100 8.47485 56", "'nan' is not a finite number"),
-            ("10 0 0 0 0 0.26", "999999 0 0 0 0 0.26", "only .* words follow"),
+            ("3\n3\n9 0", "3\n3\n9 x", "line 3: 'x' is not a knot"),
+            ("0 0.3 1", "0 1.3 1", "line 4: .*descend"),
+            ("3\n3\n9", "3\n99\n9", "line 2: the degree is 99|only"),
+            ("\n5 40 0 0 ", "\n5 99 0 0 ", "curve 2 ends .* away from"),
+            ("\n5 40 0 0 ", "\n5 nan 0 0 ", "'nan' is not a finite number"),
+            ("9 0 0 0 0 0.3", "999999 0 0 0 0 0.3", "only .* words follow"),
         ],
     )
     def test_refusals(self, old: str, new: str, message: str) -> None:
-        text = (CURVES / "salvi" / "pocket3sided.lop").read_text()
+        text = (FOLDER / "loop3.lop").read_text()
         assert text.count(old) == 1
         with pytest.raises(InvalidNetworkError, match=message):
             parse_drawing(text.replace(old, new).encode())

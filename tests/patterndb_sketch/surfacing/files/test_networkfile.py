@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -17,19 +18,36 @@ from patterndb_sketch.curvenetwork.naming import NamedCurve, named_cycle
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.files.networkjson import network_document
 from patterndb_sketch.surfacing.networkfile import read_drawing, read_network, write_network
-from tests.support.shared import SHARED
-from tests.support.surfacing.networkfiles import CROSSED, change, document, parsed
-
-CURVES = SHARED / "data" / "curves"
-GRAPHS = sorted((CURVES / "cassie" / "graph").glob("*.json"))
-STROKES = sorted((CURVES / "cassie" / "strokes").glob("*.curves"))
-LOOPS = sorted((CURVES / "salvi").glob("*.lop"))
-TREBOL = CURVES / "salvi" / "trebol_network.json"
-TREBOL_PATCHES = CURVES / "salvi" / "trebol.sdm"
+from tests.support.surfacing.networkfiles import (
+    CLOSED,
+    COUNTS,
+    CROSSED,
+    CURVES,
+    GRAPHS,
+    LOOPS,
+    PATCHES,
+    STROKES,
+    change,
+    document,
+    list_graphs,
+    parsed,
+)
+from tests.support.surfacing.sketches import FOLDER, list_files
 
 
 def test_the_data_is_there() -> None:
-    assert len(GRAPHS) == 44 and len(STROKES) == 20 and len(LOOPS) == 4
+    assert list_graphs() and STROKES and LOOPS
+    assert {path.stem for path in CLOSED} <= set(COUNTS)
+    if CURVES.is_dir():
+        assert (len(list_files()), len(GRAPHS), len(STROKES), len(LOOPS)) == (15, 47, 23, 7)
+
+
+@pytest.mark.parametrize(("path", "text"), list_files().items(), ids=list(list_files()))
+def test_the_files_are_what_the_script_draws(path: str, text: str) -> None:
+    written = re.split(r"[\s,\[\]{}:]+", (FOLDER / path).read_text())
+    for word, other in zip(written, re.split(r"[\s,\[\]{}:]+", text), strict=True):
+        # Up to rounding, which may differ between platforms.
+        assert word == other or float(word) == pytest.approx(float(other), abs=2e-5)
 
 
 class TestPlainJson:
@@ -103,7 +121,7 @@ class TestPlainJson:
         ],
     )
     def test_refusals_with_given_nodes(self, place: list[Any], value: object, message: str) -> None:
-        content = copy.deepcopy(document(TREBOL))
+        content = copy.deepcopy(document(FOLDER / "gem.json"))
         change(content, place, value)
         with pytest.raises(InvalidNetworkError, match=message):
             parsed(content)
@@ -139,13 +157,13 @@ def same(one: CurveNetwork, other: CurveNetwork) -> bool:
 class TestWriting:
     @pytest.mark.parametrize(
         "path",
-        [GRAPHS[0], GRAPHS[-1], STROKES[0], *LOOPS, TREBOL, TREBOL_PATCHES],
+        [GRAPHS[0], GRAPHS[-1], STROKES[0], *LOOPS, *CLOSED, *PATCHES],
         ids=lambda path: path.name,
     )
     def test_what_is_written_is_read_back_exactly(self, path: Path, tmp_path: Path) -> None:
         drawn = read_drawing(path)
         written = tmp_path / "written.json"
-        stages = drawn.stages if path in (TREBOL, STROKES[0]) else ()
+        stages = drawn.stages if path in (*CLOSED, STROKES[0]) else ()
         write_network(written, drawn.network, stages)
         again = read_drawing(written)
         assert same(again.network, drawn.network)

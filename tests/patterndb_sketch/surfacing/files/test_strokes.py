@@ -1,4 +1,4 @@
-"""Networks from drawn strokes: graphs of them and lists of them, every one beside the checkout."""
+"""Networks from drawn strokes: graphs of them and lists of them."""
 
 from __future__ import annotations
 
@@ -22,8 +22,9 @@ from patterndb_sketch.surfacing.networkfile import (
     read_drawing,
     read_recorded_patches,
 )
-from tests.support.shared import SHARED
 from tests.support.surfacing.networkfiles import (
+    GRAPHS,
+    STROKES,
     bezier,
     change,
     document,
@@ -31,14 +32,10 @@ from tests.support.surfacing.networkfiles import (
     parsed,
     square_graph,
 )
+from tests.support.surfacing.sketches import FOLDER
 
 #: By how much joining may move curves, as a share of the diagonal.
 REACH = 0.04
-
-CURVES = SHARED / "data" / "curves"
-GRAPHS = sorted((CURVES / "cassie" / "graph").glob("*.json"))
-STROKES = sorted((CURVES / "cassie" / "strokes").glob("*.curves"))
-TREBOL = CURVES / "salvi" / "trebol_network.json"
 
 
 def sample_network(network: CurveNetwork, spacing: float) -> Points:
@@ -118,8 +115,8 @@ class TestStrokeGraphs:
             assert [list(patch.strokes) for patch in patches] == [p["strokes"] for p in record]
             deleted = [patch.manually_deleted for patch in patches]
             assert deleted == [p["manually_deleted"] for p in record]
-        with pytest.raises(InvalidNetworkError, match=r"trebol_network\.json: source"):
-            read_recorded_patches(TREBOL)
+        with pytest.raises(InvalidNetworkError, match=r"ball\.json: (curves|nodes)"):
+            read_recorded_patches(FOLDER / "ball.json")
 
     @pytest.mark.parametrize(
         ("place", "value", "message"),

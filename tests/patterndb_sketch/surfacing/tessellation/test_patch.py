@@ -22,10 +22,8 @@ from patterndb_sketch.surfacing.tessellation import (
     patch_of_least_area,
     tessellate_patch,
 )
-from tests.support.shared import SHARED
+from tests.support.surfacing.networkfiles import CLOSED
 from tests.support.surfacing.tessellation import as_loop, check_disk, chorded, wobbly
-
-TREBOL = SHARED / "data" / "curves" / "salvi" / "trebol_network.json"
 
 
 def around(piece: list[int], along: dict[tuple[int, int], list[int]]) -> list[int]:
@@ -101,9 +99,9 @@ class TestPieces:
 
 
 @cache
-def trebol() -> CurveNetwork:
-    """A closed network of 20 cycles, Euler characteristic 2."""
-    read = json.loads(Path(TREBOL).read_text())
+def read_closed(path: Path) -> CurveNetwork:
+    """A closed network, Euler characteristic 2."""
+    read = json.loads(path.read_text())
     nodes = np.array(read["nodes"], float)
     curves: list[Curve] = []
     for number, curve in enumerate(read["curves"]):
@@ -118,8 +116,9 @@ def trebol() -> CurveNetwork:
 
 
 @pytest.mark.parametrize("method", ["laplacian", "area"])
-def test_the_patches_of_a_closed_network_are_a_closed_surface(method: str) -> None:
-    network = trebol()
+@pytest.mark.parametrize("path", CLOSED, ids=lambda path: path.stem)
+def test_the_patches_of_a_closed_network_are_a_closed_surface(path: Path, method: str) -> None:
+    network = read_closed(path)
     sampling = sample(network)
     points = [sampling.points]
     faces: list[np.ndarray] = []

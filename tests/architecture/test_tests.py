@@ -1,0 +1,65 @@
+"""The tests themselves: what they import, and that what they need is with them."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.support.shared import CHECKOUT
+
+TESTS = CHECKOUT / "tests"
+
+#: Folders of programs that tests do not import, though these may import tests.support.
+PROGRAMS = ("benchmarks", "scripts")
+
+#: Their tests are the exceptions: docs are what scripts write, and the page is driven by one.
+OF_SCRIPTS = ("docs", "patterndb_app/web")
+
+#: Tests that import generators and fuzzers of benchmarks still; these belong into tests.support.
+IMPORTING = {
+    "patterndb_sketch/surfacing/chords/test_intended.py",
+    "patterndb_sketch/surfacing/cycles/test_clean.py",
+    "patterndb_sketch/surfacing/cycles/test_drawn.py",
+    "patterndb_sketch/surfacing/test_parallelograms.py",
+    "patterndb_sketch/test_hostile_documents.py",
+    "viewer/test_random.py",
+}
+
+
+def list_imports(path: Path) -> set[str]:
+    """Return the first names of all that a file imports, within functions too."""
+    found: set[str] = set()
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found.add(str(node.module).partition(".")[0])
+    return found
+
+
+def list_tests() -> list[Path]:
+    """Return all Python files of the tests that are held to the rules."""
+    apart = [TESTS / folder for folder in OF_SCRIPTS]
+    return [
+        path for path in sorted(TESTS.rglob("*.py")) if not any(a in path.parents for a in apart)
+    ]
+
+
+def test_tests_import_no_programs() -> None:
+    names = {path.stem for folder in PROGRAMS for path in (CHECKOUT / folder).rglob("*.py")}
+    found = {
+        path.relative_to(TESTS).as_posix()
+        for path in list_tests()
+        if list_imports(path) & (names | set(PROGRAMS))
+    }
+    assert found == IMPORTING
+
+
+def test_the_conftest_loads_little() -> None:
+    script = "import sys, tests.conftest; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=CHECKOUT, capture_output=True, text=True, check=True
+    )
+    assert not {"scipy", "query", "ingest"} & set(done.stdout.split())
