@@ -1,4 +1,4 @@
-"""Settings of the documentation site, which scripts/build_site.py builds (make site)."""
+"""SurfaceOptions of the documentation site, which scripts/build_site.py builds (make site)."""
 
 project = "patterndb"
 author = "the patterndb contributors"

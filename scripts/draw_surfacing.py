@@ -27,9 +27,9 @@ from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.surfacing.methods import SurfaceOptions
 from patterndb_sketch.surfacing.networkfile import read_drawing
 from patterndb_sketch.surfacing.sampling import Loop
-from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.picture import save_drawn
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.commands import KEYS
@@ -219,9 +219,9 @@ def drag(state: SurfacingState, places: Sequence[tuple[float, float]]) -> None:
 def quads(place: Place) -> None:
     """The trebol in quads beside its chords."""
     drawing = place.curves("salvi/trebol_network.json")
-    chords, _ = picture(drawing, (620, 600), settings=Settings("chords"), caption="chords")
+    chords, _ = picture(drawing, (620, 600), settings=SurfaceOptions("chords"), caption="chords")
     filled, _ = picture(
-        drawing, (620, 600), settings=Settings("quads"), spacing=1.35, db=place.db,
+        drawing, (620, 600), settings=SurfaceOptions("quads"), spacing=1.35, db=place.db,
         keys="e", caption="quads",
     )  # fmt: skip
     place.save("quads", [chords, filled])
@@ -233,7 +233,7 @@ def ribbon(place: Place) -> None:
 
     network = network_of_loop(twisted(500.0).loop)
     shown = [
-        picture(network, (900, 210), settings=Settings("chords", alpha=alpha),
+        picture(network, (900, 210), settings=SurfaceOptions("chords", alpha=alpha),
                 caption=f"α = {alpha:g}", spacing=0.1,
                 toward=(0.25, -1.0, 0.55), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
@@ -247,7 +247,7 @@ def ramp(place: Place) -> None:
 
     network = network_of_loop(helix(2).loop)
     shown = [
-        picture(network, (400, 400), settings=Settings("chords", alpha=alpha),
+        picture(network, (400, 400), settings=SurfaceOptions("chords", alpha=alpha),
                 caption=f"α = {alpha:g}", spacing=0.07,
                 toward=(0.6, -1.0, 0.75), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
@@ -298,7 +298,7 @@ def fair(place: Place) -> None:
     )
     sphere = CurveNetwork(curves, at / np.sqrt(3.0), cycles)
     shown = [
-        picture(source, (460, 380), settings=Settings(fair=faired), caption=name)[0]
+        picture(source, (460, 380), settings=SurfaceOptions(fair=faired), caption=name)[0]
         for source in (sphere, place.curves("salvi/trebol_network.json"))
         for faired, name in ((False, "each by itself"), (True, "faired"))
     ]

@@ -28,7 +28,7 @@ from surface_distance import distance
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import Curve
-from patterndb_sketch.surfacing import CurveNetwork, Cycle, Settings, surface
+from patterndb_sketch.surfacing import CurveNetwork, Cycle, SurfaceOptions, surface
 from query.placing import Surface
 
 SIZES = (8, 16)
@@ -135,7 +135,7 @@ def measure(net: Points, splined: bool) -> list[float]:
     truth = triangulate(net)
     row: list[float] = []
     for fair in (False, True):
-        made = surface(network, settings=Settings(fair=fair))
+        made = surface(network, options=SurfaceOptions(fair=fair))
         far = (
             distance(Surface.from_arrays(made.points, made.triangles), truth).mean
             / network.diagonal

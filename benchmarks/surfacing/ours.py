@@ -9,9 +9,8 @@ import numpy as np
 from filling import Filling
 
 from patterndb_sketch.surfacing.chords import ALPHA, AREA_PRICE, decompose
-from patterndb_sketch.surfacing.methods import make_smooth
+from patterndb_sketch.surfacing.methods import SurfaceOptions, make_smooth
 from patterndb_sketch.surfacing.sampling import Loop
-from patterndb_sketch.surfacing.surfaces import Settings
 from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 
@@ -59,7 +58,7 @@ def area(loop: Loop, spacing: float) -> Filling:
 def smooth(loop: Loop, spacing: float) -> Filling:
     """Lay a grid of near parallelograms into the loop; where it crosses itself, chords."""
     started = time.process_time()
-    made = make_smooth(loop, Settings(), spacing, None)
+    made = make_smooth(loop, SurfaceOptions(), spacing, None)
     seconds = time.process_time() - started
     points = np.r_[loop.points, made.points]
     return Filling(points, np.concatenate(made.faces), seconds, made.note)

@@ -17,7 +17,7 @@ from surface_distance import distance
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.joining import network_of_polylines
-from patterndb_sketch.surfacing import CurveNetwork, Settings, find_cycles, surface
+from patterndb_sketch.surfacing import CurveNetwork, SurfaceOptions, find_cycles, surface
 from patterndb_sketch.surfacing.methods import METHODS
 from query.placing import Surface
 
@@ -52,7 +52,7 @@ def measure_strip(degrees: float, height: float, method: str) -> tuple[float, st
     cycles = find_cycles(network).cycles
     if len(cycles) != 1:
         return None
-    made = surface(network, cycles, settings=Settings(method))
+    made = surface(network, cycles, options=SurfaceOptions(method))
     low, high = bend_strip(degrees, height, FINE)
     at = np.arange(FINE - 1)
     quads = np.stack([at, at + 1, FINE + at + 1, FINE + at], axis=1)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         Drawing,
         FoundCycles,
         Openings,
-        Settings,
+        SurfaceOptions,
         SurfacePatch,
         Surfacing,
     )
@@ -245,7 +245,7 @@ def surface(
     if thickness is not None and output is None:
         raise click.UsageError("--thickness is of the solid that -o writes; give -o FILE, too")
     # Imported here because --help need not wait for it.
-    from patterndb_sketch.surfacing import Settings, find_openings
+    from patterndb_sketch.surfacing import SurfaceOptions, find_openings
     from patterndb_sketch.surfacing import surface as surface_of
     from patterndb_sketch.surfacing.networkfile import gives_cycles
 
@@ -287,7 +287,7 @@ def surface(
                 write(",".join(str(name) for name in given.names(cycle)))
         _say_openings(given, openings)
         return 0
-    settings = Settings(fair=fair)
+    settings = SurfaceOptions(fair=fair, spacing=spacing)
     if method is not None:
         settings = replace(settings, method=method)
     elif alpha is not None or any_chord:
@@ -300,7 +300,7 @@ def surface(
     patterns = METHODS[settings.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
         started = perf_counter()
-        made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
+        made = surface_of(given, cycles, options=settings, db=database)
         seconds = perf_counter() - started
     openings = find_openings(given, made.list_surfaced_cycles())
     solid = None if output is None else _write_output(output, made, thickness)
@@ -447,7 +447,7 @@ def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
 
 def _look(
     drawing: Drawing,
-    settings: Settings,
+    settings: SurfaceOptions,
     spacing: float | None,
     db: Path | None,
     afresh: bool,

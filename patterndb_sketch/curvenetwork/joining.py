@@ -218,12 +218,10 @@ def join_polylines(
     # At the size of 1: products of lengths must neither overflow nor vanish. Powers of two
     # change no digit.
     exponent = math.frexp(diagonal)[1]
+    lines = [np.ldexp(points, -exponent) for points in drawn]
     result = _join(
-        [np.ldexp(points, -exponent) for points in drawn],
-        names,
-        of_strokes,
+        _sort_curves(lines, names, of_strokes, exponent),
         None if tolerance is None else math.ldexp(tolerance, -exponent),
-        exponent,
     )
     if not result.network.curves:
         mend = "draw more of them" if tolerance is None else "give a smaller tolerance"
@@ -234,29 +232,37 @@ def join_polylines(
     return result
 
 
-def _join(
-    drawn: list[Points],
-    names: list[CurveId],
-    strokes: list[CurveId],
-    tolerance: float | None,
-    exponent: int,
-) -> JoinedCurves:
-    diagonal = measure_diagonal(drawn)
+@dataclass(frozen=True, slots=True)
+class _SortedCurves:
+    """Drawn curves in an order, and senses, that depend on their geometry alone; longest first.
+
+    lines: (k, 3) of every curve. order: which of the drawn ones each is. turned: whether each is
+    turned round. names, strokes: of the drawn curves, in the order in which they were given.
+    exponent: lines are in units of 2 to its power.
+    """
+
+    lines: list[Points]
+    order: list[int]
+    turned: list[bool]
+    names: list[CurveId]
+    strokes: list[CurveId]
+    exponent: int
+
+
+def _join(drawn: _SortedCurves, tolerance: float | None) -> JoinedCurves:
+    lines, order, exponent = drawn.lines, drawn.order, drawn.exponent
+    diagonal = measure_diagonal(lines)
     exact = SAME_PLACE * diagonal
-    for line, name in zip(drawn, names, strict=True):
-        if arc_length(line)[-1] == 0.0:
-            raise InvalidNetworkError(f"curve {name!r} has no length next to the others")
-    lines, order, turned = order_curves(drawn, ROUNDING * diagonal)
     found = _find_cuts(lines, exact, diagonal, tolerance)
     curves, cuts, survey = found.followed.curves, found.cuts, found.survey
-    left_out: list[list[OmittedPart]] = [[] for _ in drawn]
+    left_out: list[list[OmittedPart]] = [[] for _ in lines]
 
     def leave(curve: int, reason: Reason, length: float, place: Points) -> None:
         # Less than this is one place.
         if length > exact:
             number = order[curve]
             place = np.ldexp(place, exponent)
-            left = OmittedPart(names[number], reason, math.ldexp(length, exponent), place)
+            left = OmittedPart(drawn.names[number], reason, math.ldexp(length, exponent), place)
             left_out[number].append(left)
 
     at_cuts = curves.locate(np.repeat(np.arange(len(curves)), np.diff(cuts.starts)), cuts.lengths)
@@ -317,16 +323,14 @@ def _join(
             pieces[len(pieces)] = piece
     close_curves(runs, pieces)
     left = tuple(part for of_curve in left_out for part in of_curve)
-    network, walks, numbers = number_pieces(
-        pieces, runs, cuts.places, order, turned, names, strokes, exponent
-    )
+    network, walks, numbers = number_pieces(pieces, runs, cuts.places, drawn)
     crowded = sorted(
         (numbers[node], int(cuts.counts[node]), math.ldexp(float(cuts.spreads[node]), exponent))
         for node in np.flatnonzero(cuts.spreads > CROWDED * survey.most).tolist()
         if node in numbers
     )
     gathered = tuple(CrowdedNode(*crowd) for crowd in crowded)
-    joins = _list_joins(curves, found.loose, [names[number] for number in order], exponent)
+    joins = _list_joins(curves, found.loose, [drawn.names[number] for number in order], exponent)
     loose = find_loose_ends(network)
     within = math.ldexp(survey.most, exponent)
     return JoinedCurves(network, walks, left, gathered, loose, joins, within)
@@ -349,14 +353,15 @@ def _list_joins(
     return tuple(sorted(described, key=lambda join: (-join.gap, join.place.tolist())))
 
 
-def order_curves(
-    drawn: list[Points], rounding: float
-) -> tuple[list[Points], list[int], list[bool]]:
-    """Sort curves, and turn them, by what depends on their geometry alone, longest first.
-
-    rounding: lengths and coordinates that differ by no more are equal, as they may differ by it in
-    another unit. Returns the curves, which each of them is, and whether it is turned round.
-    """
+def _sort_curves(
+    drawn: list[Points], names: list[CurveId], strokes: list[CurveId], exponent: int
+) -> _SortedCurves:
+    """Sort curves, and turn them, by what depends on their geometry alone."""
+    for line, name in zip(drawn, names, strict=True):
+        if arc_length(line)[-1] == 0.0:
+            raise InvalidNetworkError(f"curve {name!r} has no length next to the others")
+    # Lengths and coordinates that differ by rounding are equal: they may in another unit.
+    rounding = ROUNDING * measure_diagonal(drawn)
     ranks = _rank(np.concatenate(drawn).reshape(-1), rounding).reshape(-1, 3)
     lengths = _rank(np.array([-arc_length(line)[-1] for line in drawn]), rounding).tolist()
     bounds = np.cumsum([0, *map(len, drawn)])
@@ -368,7 +373,7 @@ def order_curves(
         keys.append((lengths[number], min(senses), number))
     order = [number for _, _, number in sorted(keys)]
     lines = [np.ascontiguousarray(drawn[k][:: -1 if turned[k] else 1]) for k in order]
-    return lines, order, [turned[k] for k in order]
+    return _SortedCurves(lines, order, [turned[k] for k in order], names, strokes, exponent)
 
 
 def _rank(values: Floats, rounding: float) -> NDArray[np.uint32]:
@@ -544,22 +549,18 @@ def number_pieces(
     pieces: dict[int, Piece],
     runs: list[list[int]],
     places: Points,
-    order: list[int],
-    turned: list[bool],
-    names: list[CurveId],
-    strokes: list[CurveId],
-    exponent: int,
+    drawn: _SortedCurves,
 ) -> tuple[CurveNetwork, tuple[tuple[Step, ...], ...], dict[int, int]]:
     """Make the network, curves and nodes in the order in which the curves were given.
 
     Returns it, the walks of the curves, and the new numbers of the nodes that remain.
     """
-    walks: list[list[Step]] = [[] for _ in names]
-    for run, number, backward in zip(runs, order, turned, strict=True):
+    walks: list[list[Step]] = [[] for _ in drawn.order]
+    for run, number, backward in zip(runs, drawn.order, drawn.turned, strict=True):
         steps = [pieces[piece].copy_of or (piece, False) for piece in run]
         owned = [(piece, way != backward) for piece, way in steps]
         walks[number] = owned[::-1] if backward else owned
-    owner = {piece: number for run, number in zip(runs, order, strict=True) for piece in run}
+    owner = {piece: number for run, number in zip(runs, drawn.order, strict=True) for piece in run}
     #: The new number of every piece that stays, and whether it was turned round.
     placed: dict[int, Step] = {}
     numbers: dict[int, int] = {}
@@ -568,14 +569,14 @@ def number_pieces(
         for piece, backward in walk:
             if owner[piece] != number or piece in placed:
                 continue
-            points = np.ldexp(pieces[piece].points, exponent)
+            points = np.ldexp(pieces[piece].points, drawn.exponent)
             ends = pieces[piece].nodes
             if backward:
                 points, ends = np.ascontiguousarray(points[::-1]), ends[::-1]
             first, last = (numbers.setdefault(node, len(numbers)) for node in ends)
             placed[piece] = len(curves), backward
-            curves.append(Curve(points, (first, last), names[number], strokes[number]))
-    at = np.array([np.ldexp(places[node], exponent) for node in numbers]).reshape(-1, 3)
+            curves.append(Curve(points, (first, last), drawn.names[number], drawn.strokes[number]))
+    at = np.array([np.ldexp(places[node], drawn.exponent) for node in numbers]).reshape(-1, 3)
     named = tuple(
         tuple((placed[piece][0], way != placed[piece][1]) for piece, way in walk) for walk in walks
     )

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         InvalidNetworkError,
     )
     from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
+    from patterndb_sketch.surfacing.methods import SurfaceOptions
     from patterndb_sketch.surfacing.networkfile import (
         read_drawing,
         read_network,
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from patterndb_sketch.surfacing.surfaces import (
         GrowingSketch,
         LoopMemory,
-        Settings,
         Stage,
         surface,
         surface_loop,
@@ -81,7 +81,7 @@ _HOME = {
     "sample": "patterndb_sketch.surfacing.sampling",
     "GrowingSketch": "patterndb_sketch.surfacing.surfaces",
     "LoopMemory": "patterndb_sketch.surfacing.surfaces",
-    "Settings": "patterndb_sketch.surfacing.surfaces",
+    "SurfaceOptions": "patterndb_sketch.surfacing.methods",
     "Stage": "patterndb_sketch.surfacing.surfaces",
     "surface": "patterndb_sketch.surfacing.surfaces",
     "surface_loop": "patterndb_sketch.surfacing.surfaces",
@@ -101,8 +101,8 @@ __all__ = [
     "OpenRim",
     "Openings",
     "Sampling",
-    "Settings",
     "Stage",
+    "SurfaceOptions",
     "SurfacePatch",
     "Surfacing",
     "default_spacing",

@@ -10,9 +10,17 @@ command's help, need not wait for solvers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
+
+from patterndb_sketch.surfacing.defaults import (
+    ALPHA,
+    AREA_PRICE,
+    MAX_SUBPROBLEMS,
+    TURNING_BOUND,
+)
 
 if TYPE_CHECKING:
     from patterndb.core.halfedge import Int64Array
@@ -42,25 +50,51 @@ class MadeSurface:
     corners: tuple[int, ...] = ()
 
 
-class CutSettings(Protocol):
-    """What methods are told of how a loop is cut along chords: a part of
-    :class:`patterndb_sketch.surfacing.surfaces.Settings`, which says what each is."""
-
-    @property
-    def alpha(self) -> float: ...
-    @property
-    def area_price(self) -> float | None: ...
-    @property
-    def flatness(self) -> Flatness: ...
-    @property
-    def turning_bound(self) -> float: ...
-    @property
-    def max_subproblems(self) -> int: ...
+#: The method where nothing else is asked for: the first of METHODS.
+DEFAULT_METHOD = "smooth"
 
 
-#: Makes the surface of a loop: (loop, settings, spacing, database). It answers for every valid
+@dataclass(frozen=True, slots=True)
+class SurfaceOptions:
+    """How a network is surfaced.
+
+    method:          the name of one of METHODS.
+    alpha:           the price of chords (section 3.2); more makes fewer, larger pieces. This and
+                     the next four matter where chords cut a loop.
+    area_price:      the area that chords may add, see
+                     :func:`patterndb_sketch.surfacing.chords.find_affordable`; None, as in the
+                     paper: any.
+    flatness:        "relative", or "printed" as in the paper: the product of eigenvalues.
+    turning_bound:   radians by which a loop may turn between two chord endpoints.
+    max_subproblems: what the search for chords may score.
+    fair:            move the grids that fill loops so that they go on smoothly across curves, where
+                     the surface does (:mod:`patterndb_sketch.surfacing.fairing`).
+    spacing:         about how far vertices are apart, by default
+                     :func:`patterndb_sketch.surfacing.sampling.default_spacing`.
+    """
+
+    method: str = DEFAULT_METHOD
+    alpha: float = ALPHA
+    area_price: float | None = AREA_PRICE
+    flatness: Flatness = "relative"
+    turning_bound: float = TURNING_BOUND
+    max_subproblems: int = MAX_SUBPROBLEMS
+    fair: bool = False
+    spacing: float | None = None
+
+    def __post_init__(self) -> None:
+        from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+
+        if self.method not in METHODS:
+            known = list_methods(quote='"')
+            raise InvalidNetworkError(f"the method is {self.method!r}; give {known}")
+        if not (math.isfinite(self.alpha) and self.alpha >= 0):
+            raise InvalidNetworkError(f"alpha is {self.alpha}; give a number from 0 on")
+
+
+#: Makes the surface of a loop: (loop, options, spacing, database). It answers for every valid
 #: loop; where its own way fails, by another method, and says so in the note.
-MakeSurface = Callable[["Loop", CutSettings, float, "PatternSource | None"], MadeSurface]
+MakeSurface = Callable[["Loop", SurfaceOptions, float, "PatternSource | None"], MadeSurface]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +120,7 @@ class SurfacingMethod:
 
 
 def make_by_chords(
-    loop: Loop, settings: CutSettings, spacing: float, _db: PatternSource | None
+    loop: Loop, options: SurfaceOptions, spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Cut a loop along chords into nearly flat pieces, and relax each: the paper's way.
 
@@ -97,18 +131,18 @@ def make_by_chords(
 
     cut = decompose(
         loop,
-        settings.alpha,
-        area_price=settings.area_price,
-        flatness=settings.flatness,
-        turning_bound=settings.turning_bound,
-        max_subproblems=settings.max_subproblems,
+        options.alpha,
+        area_price=options.area_price,
+        flatness=options.flatness,
+        turning_bound=options.turning_bound,
+        max_subproblems=options.max_subproblems,
     )
     if cut.exhausted:
         why = (
             "half of the candidate chords already make more than "
-            f"{settings.max_subproblems:,} sub-problems; the triangulation of least area stands in"
+            f"{options.max_subproblems:,} sub-problems; the triangulation of least area stands in"
         )
-        return replace(make_by_area(loop, settings, spacing, None), note=why, cut=cut)
+        return replace(make_by_area(loop, options, spacing, None), note=why, cut=cut)
     dropped = (
         f"the {cut.n_dropped} longest candidates were left out of a search too large"
         if cut.n_dropped
@@ -119,7 +153,7 @@ def make_by_chords(
 
 
 def make_by_area(
-    loop: Loop, _settings: CutSettings, _spacing: float, _db: PatternSource | None
+    loop: Loop, _options: SurfaceOptions, _spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Take the triangulation of least area of a loop, without vertices inside."""
     from patterndb_sketch.surfacing.tessellation import patch_of_least_area
@@ -129,7 +163,7 @@ def make_by_area(
 
 
 def make_smooth(
-    loop: Loop, settings: CutSettings, spacing: float, _db: PatternSource | None
+    loop: Loop, options: SurfaceOptions, spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Fill a loop with a grid of quads as near to parallelograms as can be, cut into triangles.
 
@@ -145,10 +179,10 @@ def make_smooth(
     flat = None if plane_normal(loop.points) is None else triangulate_flat(loop.points)
     if flat is not None:
         return MadeSurface("smooth", "", np.zeros((0, 3)), (flat,))
-    return _make_ground(loop, settings, spacing)
+    return _make_ground(loop, options, spacing)
 
 
-def _make_ground(loop: Loop, settings: CutSettings, spacing: float) -> MadeSurface:
+def _make_ground(loop: Loop, options: SurfaceOptions, spacing: float) -> MadeSurface:
     """Make the surface of a loop by a smooth grid, by chords if it is flat or no grid is sound."""
     import numpy as np
 
@@ -157,7 +191,7 @@ def _make_ground(loop: Loop, settings: CutSettings, spacing: float) -> MadeSurfa
     from patterndb_sketch.surfacing.tessellation import find_self_intersections
 
     if plane_normal(loop.points) is not None:
-        flat = make_by_chords(loop, settings, spacing, None)
+        flat = make_by_chords(loop, options, spacing, None)
         return replace(flat, method="smooth") if flat.method == "chords" else flat
     named = np.flatnonzero(loop.corners).tolist()
     for choice in rank_corners(loop.points, named)[:MOST_GRIDS]:
@@ -165,12 +199,12 @@ def _make_ground(loop: Loop, settings: CutSettings, spacing: float) -> MadeSurfa
         together = np.concatenate([loop.points, mesh.points])
         if not len(find_self_intersections(together, mesh.triangles)):
             return MadeSurface("smooth", "", mesh.points, (mesh.triangles,), corners=mesh.corners)
-    made = make_by_chords(loop, settings, spacing, None)
+    made = make_by_chords(loop, options, spacing, None)
     return replace(made, note=_join("every smooth grid tried crosses itself", made.note))
 
 
 def make_by_quads(
-    loop: Loop, settings: CutSettings, spacing: float, db: PatternSource | None
+    loop: Loop, options: SurfaceOptions, spacing: float, db: PatternSource | None
 ) -> MadeSurface:
     """Fill a loop with quads from the database, on the surface that the default method gives.
 
@@ -184,7 +218,7 @@ def make_by_quads(
 
     assert db is not None, "the method says that it needs one"
     # Vertices inside flat loops, too: quads are laid onto them.
-    ground = _make_ground(loop, settings, spacing)
+    ground = _make_ground(loop, options, spacing)
     points = np.concatenate([loop.points, ground.points])
     try:
         filled = fill_with_quads(db, loop, points, as_triangles(ground.faces))
@@ -216,9 +250,6 @@ METHODS: dict[str, SurfacingMethod] = {
         ),
     )
 }
-
-#: What is taken where nothing else is asked for.
-DEFAULT_METHOD = next(iter(METHODS))
 
 
 def list_methods(last: str = "or", quote: str = "") -> str:

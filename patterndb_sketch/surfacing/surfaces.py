@@ -16,13 +16,6 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.chords import (
-    ALPHA,
-    AREA_PRICE,
-    MAX_SUBPROBLEMS,
-    TURNING_BOUND,
-    Flatness,
-)
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
 from patterndb_sketch.surfacing.cycles.found import list_users
 from patterndb_sketch.surfacing.fairing import (
@@ -31,7 +24,12 @@ from patterndb_sketch.surfacing.fairing import (
     find_guided_curves,
     find_smooth_curves,
 )
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, MadeSurface, list_methods
+from patterndb_sketch.surfacing.methods import (
+    DEFAULT_METHOD,
+    METHODS,
+    MadeSurface,
+    SurfaceOptions,
+)
 from patterndb_sketch.surfacing.patch import LoopSurface, SurfacePatch, Surfacing, as_triangles
 from patterndb_sketch.surfacing.quads import count_even_edges
 from patterndb_sketch.surfacing.sampling import (
@@ -53,41 +51,8 @@ NO_POINTS = np.zeros((0, 3))
 STAGES_KEPT = 16
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How loops are surfaced.
-
-    method:          the name of one of :data:`patterndb_sketch.surfacing.methods.METHODS`.
-    alpha:           the price of chords (section 3.2); more makes fewer, larger pieces. This and
-                     those below, but for the last, matter where chords cut a loop.
-    area_price:      the area that chords may add, see
-                     :func:`patterndb_sketch.surfacing.chords.find_affordable`; None, as in the
-                     paper: any.
-    flatness:        "relative", or "printed" as in the paper: the product of eigenvalues.
-    turning_bound:   radians by which a loop may turn between two chord endpoints.
-    max_subproblems: what the search for chords may score.
-    fair:            move the grids that fill loops so that they go on smoothly across curves, where
-                     the surface does (:mod:`patterndb_sketch.surfacing.fairing`).
-    """
-
-    method: str = DEFAULT_METHOD
-    alpha: float = ALPHA
-    area_price: float | None = AREA_PRICE
-    flatness: Flatness = "relative"
-    turning_bound: float = TURNING_BOUND
-    max_subproblems: int = MAX_SUBPROBLEMS
-    fair: bool = False
-
-    def __post_init__(self) -> None:
-        if self.method not in METHODS:
-            known = list_methods(quote='"')
-            raise InvalidNetworkError(f"the method is {self.method!r}; give {known}")
-        if not (math.isfinite(self.alpha) and self.alpha >= 0):
-            raise InvalidNetworkError(f"alpha is {self.alpha}; give a number from 0 on")
-
-
 def surface_loop(
-    loop: Loop, settings: Settings, spacing: float, db: PatternSource | None = None
+    loop: Loop, options: SurfaceOptions, spacing: float, db: PatternSource | None = None
 ) -> LoopSurface:
     """Make the surface of a loop by the method asked for, else by another that its note names.
 
@@ -95,10 +60,10 @@ def surface_loop(
     a valid loop: the triangulation of least area always exists.
     """
     started = perf_counter()
-    method = METHODS[settings.method]
+    method = METHODS[options.method]
     if method.needs_database and db is None:
         method = METHODS[DEFAULT_METHOD]
-    made = method.make(loop, settings, spacing, db)
+    made = method.make(loop, options, spacing, db)
     return _measure(loop, made, perf_counter() - started)
 
 
@@ -132,9 +97,8 @@ def surface(
     network: CurveNetwork,
     cycles: Sequence[Cycle] | None = None,
     *,
-    settings: Settings | None = None,
+    options: SurfaceOptions | None = None,
     methods: Mapping[Cycle, str] | None = None,
-    spacing: float | None = None,
     db: PatternSource | None = None,
     memory: LoopMemory | None = None,
 ) -> Surfacing:
@@ -142,13 +106,11 @@ def surface(
 
     cycles:   what to surface, by default the network's own. For a network that has none, find
               them first (:func:`patterndb_sketch.surfacing.cycles.find_cycles`).
-    settings: the method and its parameters.
+    options:  the method and its parameters. Flat faces of the method smooth have vertices at their
+              outline alone, straight curves between them at their ends. Where a patch is to have
+              quads, edges are counted such that every cycle has an even number, and a regular fill
+              where the network allows it.
     methods:  the names of other methods for some of the cycles.
-    spacing:  about how far vertices are apart, by default
-              :func:`patterndb_sketch.surfacing.sampling.default_spacing`. Flat faces of the method
-              smooth have vertices at their outline alone, straight curves between them at their
-              ends. Where a patch is to have quads, edges are counted such that every cycle has an
-              even number, and a regular fill where the network allows it.
     db:       where quads come from; needed for that method.
     memory:   loops surfaced before; those met again are taken from it, new ones are added.
 
@@ -156,10 +118,10 @@ def surface(
     closed walk along it, and for quads without a database. A cycle that no method can surface
     has a patch without faces, whose note tells why.
     """
-    settings = Settings() if settings is None else settings
+    options = SurfaceOptions() if options is None else options
     chosen = network.cycles if cycles is None else tuple(cycles)
     named = {} if methods is None else methods
-    wanted = [replace(settings, method=named.get(c, settings.method)) for c in chosen]
+    wanted = [replace(options, method=named.get(c, options.method)) for c in chosen]
     if not chosen:
         raise InvalidNetworkError("the network has no cycles to surface; find them first")
     ways = [METHODS[one.method] for one in wanted]
@@ -168,7 +130,7 @@ def surface(
         raise InvalidNetworkError(f"{lacking[0]} come from a pattern database; give one as db")
     quads = any(way.makes_quads for way in ways)
     median = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
-    step = default_spacing(network, median) if spacing is None else spacing
+    step = default_spacing(network, median) if options.spacing is None else options.spacing
     if quads:
         edges = count_even_edges(network, chosen, step).edges
     else:
@@ -185,8 +147,8 @@ def surface(
         patches.append(patch)
         points.append(inner)
         n_points += len(inner)
-    if settings.fair or any(curve.normals is not None for curve in network.curves):
-        patches, told = _fair_patches(network, sampling, patches, settings.fair)
+    if options.fair or any(curve.normals is not None for curve in network.curves):
+        patches, told = _fair_patches(network, sampling, patches, options.fair)
         notes += told
         points[1:] = [p.surface.points for p in patches if p.surface is not None]
     together = np.concatenate(points)
@@ -198,7 +160,7 @@ def _make_patch(
     network: CurveNetwork,
     sampling: Sampling,
     cycle: Cycle,
-    settings: Settings,
+    options: SurfaceOptions,
     db: PatternSource | None,
     memory: LoopMemory,
     n_points: int,
@@ -211,12 +173,12 @@ def _make_patch(
         # begins: the result does not depend on that, and a loop met again is known.
         start, backward = find_start(loop.points)
         upright = turn_loop(loop, start, backward)
-        key = repr((replace(settings, fair=False), sampling.spacing)).encode()
+        key = repr(replace(options, fair=False, spacing=sampling.spacing)).encode()
         key += upright.points.tobytes() + upright.corners.tobytes()
         result = memory.recall(key)
         reused = result is not None
         if result is None:
-            result = surface_loop(upright, settings, sampling.spacing, db)
+            result = surface_loop(upright, options, sampling.spacing, db)
             memory.remember(key, result)
     except InvalidNetworkError as error:
         # The other patches are none the worse for one that cannot be had.
@@ -374,15 +336,15 @@ class GrowingSketch:
     Cycles are found afresh at every stage. Loops that were there before, with the same
     vertices, corners and settings, keep their surface: the result equals a run from scratch.
 
-    settings: the method and its parameters; may be changed between stages.
-    spacing:  about how far vertices are apart. Where it is not given, the default of the first
-              stage that has a cycle stays: another one would move the vertices of every loop.
-    db:       where quads come from.
+    options: the method and its parameters; may be changed between stages.
+    spacing: that of the latest stage. Where the options have none, the default of the first stage
+             that has a cycle stays: another one would move the vertices of every loop.
+    db:      where quads come from.
     """
 
-    settings: Settings = field(default_factory=Settings)
-    spacing: float | None = None
+    options: SurfaceOptions = field(default_factory=SurfaceOptions)
     db: PatternSource | None = None
+    spacing: float | None = field(default=None, init=False)
     _memory: LoopMemory = field(default_factory=LoopMemory, repr=False)
 
     def stage(
@@ -403,14 +365,15 @@ class GrowingSketch:
         found = find_cycles(network, added=added, banned=banned)
         if not found.cycles:
             return Stage(found, None)
-        if self.spacing is None:
+        if self.options.spacing is not None:
+            self.spacing = self.options.spacing
+        elif self.spacing is None:
             self.spacing = default_spacing(network)
         result = surface(
             network,
             found.cycles,
-            settings=self.settings,
+            options=replace(self.options, spacing=self.spacing),
             methods=methods,
-            spacing=self.spacing,
             db=self.db,
             memory=self._memory,
         )

@@ -12,9 +12,10 @@ from patterndb.store import Database
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.edits import Key, renumber_cycle
+from patterndb_sketch.surfacing.methods import SurfaceOptions
 from patterndb_sketch.surfacing.openings import Openings, find_openings
 from patterndb_sketch.surfacing.patch import Surfacing
-from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
+from patterndb_sketch.surfacing.surfaces import LoopMemory, surface
 from viewer.surfacing.body import SurfaceBody
 
 # How cycles are found where a network brings none.
@@ -55,7 +56,7 @@ class Wish:
     added: tuple[Cycle, ...]
     banned: tuple[Cycle, ...]
     methods: Mapping[Key, str]
-    settings: Settings
+    settings: SurfaceOptions
     spacing: float
 
     def here(self, cycles: Sequence[Cycle]) -> list[Cycle]:
@@ -183,7 +184,7 @@ class SurfaceMaker:
         self,
         wish: Wish,
         cycles: Sequence[Cycle],
-        settings: Settings,
+        settings: SurfaceOptions,
         methods: Mapping[Key, str],
     ) -> tuple[Surfacing | None, SurfaceBody | None]:
         if not cycles:
@@ -195,9 +196,8 @@ class SurfaceMaker:
         made = surface(
             wish.network,
             cycles,
-            settings=settings,
+            options=replace(settings, spacing=wish.spacing),
             methods=others,
-            spacing=wish.spacing,
             db=self._db,
             memory=self._memory,
         )

@@ -16,9 +16,8 @@ from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, SurfaceOptions
 from patterndb_sketch.surfacing.session import SurfacingWork
-from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, ViewerState
 from viewer.nearness import RING_REACH, STROKE_END_REACH
@@ -80,7 +79,7 @@ class SurfacingState(ViewerState[Camera]):
         self,
         source: Drawing | CurveNetwork,
         *,
-        settings: Settings | None = None,
+        settings: SurfaceOptions | None = None,
         spacing: float | None = None,
         db: Database | None = None,
         afresh: bool = False,
@@ -91,7 +90,7 @@ class SurfacingState(ViewerState[Camera]):
         up: ArrayLike = UP,
     ) -> None:
         drawing = source if isinstance(source, Drawing) else Drawing(source)
-        wanted = Settings() if settings is None else settings
+        wanted = SurfaceOptions() if settings is None else settings
         given = None if afresh or not drawing.network.cycles else drawing.network.cycles
         first = SurfacingEdits(
             drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method

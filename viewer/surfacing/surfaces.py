@@ -18,7 +18,7 @@ from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.history import History
 from patterndb_sketch.surfacing.edits import SurfacingEdits
-from patterndb_sketch.surfacing.methods import METHODS
+from patterndb_sketch.surfacing.methods import METHODS, SurfaceOptions
 from patterndb_sketch.surfacing.openings import Openings
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from patterndb_sketch.surfacing.sampling import (
@@ -26,7 +26,6 @@ from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_QUADS,
     default_spacing,
 )
-from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.surfacing.body import SurfaceBody
 from viewer.surfacing.maker import Find, Made, SurfaceMaker, Wish
 
@@ -45,7 +44,7 @@ class Surfaces:
     def __init__(
         self,
         edits: SurfacingEdits,
-        settings: Settings,
+        settings: SurfaceOptions,
         spacing: float | None,
         db: Database | None,
         find: Find,

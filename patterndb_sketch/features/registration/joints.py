@@ -387,7 +387,9 @@ def _fit_through(
             raise InvalidFeatureError(
                 f"the joints {a} and {b} are at one place of the curve {name}"
             )
-    wanted = SAMPLES_PER_CONTROL * len(spline.control) * spans.sum() / spline.length
+    # The straight pieces beyond the ends would have control points of their own.
+    controls = len(spline.control) + (0 if spline.closed else 2 * spline.degree)
+    wanted = SAMPLES_PER_CONTROL * controls * spans.sum() / line.length
     count = max(FEWEST_SAMPLES, round(wanted))
     counts = np.maximum(FEWEST_BETWEEN, np.round(count * spans / spans.sum())).astype(np.int64)
     lengths = np.concatenate([

@@ -1,7 +1,9 @@
-"""Curves that follow each other smoothly where nothing else meets them, as one.
+"""The network that cycles are looked for in: curves that go on into each other as one, in an order
+that depends on their geometry alone.
 
-A node at which two curves go on into each other says nothing of the surface: it is where a stroke
-was lifted, or where a stroke drawn twice ended. Measures that look at nodes must not count it.
+A node at which two curves go on into each other, where nothing else meets them, tells nothing
+about the surface: it is where a stroke was lifted, or where a stroke drawn twice ended. Measures
+that look at nodes must not count it.
 """
 
 from __future__ import annotations
@@ -11,7 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.network import (
+    Curve,
+    CurveNetwork,
+    Cycle,
+    Step,
+    list_steps_at_nodes,
+)
 from patterndb_sketch.surfacing.cycles.closing import curve_ends
 
 #: Curves that turn at a node by no more than this go on into each other; in radians.
@@ -20,23 +28,26 @@ SMOOTH = np.radians(30)
 
 @dataclass(frozen=True, slots=True)
 class ChainedNetwork:
-    """A network in which such curves are one, and for each curve there the steps here."""
+    """A network whose curves are chains of curves of another one.
+
+    network: the network; it has no cycles.
+    chains:  for each of its curves the steps along the other network that it is.
+    """
 
     network: CurveNetwork
-    chains: tuple[tuple[tuple[int, bool], ...], ...]
+    chains: tuple[tuple[Step, ...], ...]
 
     def there(self, cycle: Cycle) -> Cycle:
-        """A cycle of the chained network in the one it came from."""
-        steps: list[tuple[int, bool]] = []
+        """Return a cycle of the chained network as one of the network it came from."""
+        steps: list[Step] = []
         for chain, backward in cycle.steps:
-            walk = self.chains[chain]
-            steps += [(c, not b) for c, b in reversed(walk)] if backward else walk
+            steps += _turn_walk(self.chains[chain]) if backward else self.chains[chain]
         return Cycle(tuple(steps))
 
     def here(self, cycle: Cycle) -> Cycle:
-        """A cycle of the network it came from in the chained one."""
+        """Return a cycle of the network it came from as one of the chained network."""
         of = {c: (k, b) for k, walk in enumerate(self.chains) for c, b in walk}
-        steps: list[tuple[int, bool]] = []
+        steps: list[Step] = []
         for curve, backward in cycle.steps:
             chain, way = of[curve]
             step = (chain, way != backward)
@@ -50,12 +61,12 @@ class ChainedNetwork:
 def chain_curves(network: CurveNetwork, gone: NDArray[np.bool_]) -> ChainedNetwork:
     """Make one curve of those that go on into each other. gone: which dangle, and do not count."""
     ends = curve_ends(network)
-    at: list[list[tuple[int, bool]]] = [[] for _ in network.nodes]
+    at: list[list[Step]] = [[] for _ in network.nodes]
     for curve in np.flatnonzero(~gone).tolist():
         first, last = ends[curve].tolist()
         at[first].append((curve, False))
         at[last].append((curve, True))
-    follows: dict[tuple[int, bool], tuple[int, bool]] = {}
+    follows: dict[Step, Step] = {}
     for leaving in at:
         if len(leaving) != 2 or leaving[0][0] == leaving[1][0]:
             continue
@@ -66,7 +77,7 @@ def chain_curves(network: CurveNetwork, gone: NDArray[np.bool_]) -> ChainedNetwo
         follows[a, not from_a] = b, from_b
         follows[b, not from_b] = a, from_a
     used: set[int] = set()
-    chains: list[tuple[tuple[int, bool], ...]] = []
+    chains: list[tuple[Step, ...]] = []
     curves: list[Curve] = []
     for curve in range(len(network.curves)):
         if curve in used:
@@ -95,6 +106,33 @@ def chain_curves(network: CurveNetwork, gone: NDArray[np.bool_]) -> ChainedNetwo
         name = network.curves[longest]
         curves.append(Curve(points, (first, last), name.id, name.stroke))
     return ChainedNetwork(CurveNetwork(tuple(curves), network.nodes), tuple(chains))
+
+
+def order_chains(chained: ChainedNetwork) -> ChainedNetwork:
+    """Order nodes and curves, and turn curves, by their points; nodes without a curve go."""
+    network = chained.network
+    used = [node for node, steps in enumerate(list_steps_at_nodes(network)) if steps]
+    order = sorted(used, key=lambda node: (tuple(network.nodes[node]), node))
+    place = {old: new for new, old in enumerate(order)}
+    made: list[tuple[object, Curve, tuple[Step, ...]]] = []
+    for number, (curve, walk) in enumerate(zip(network.curves, chained.chains, strict=True)):
+        first, last = (place[node] for node in curve.nodes)
+        forth, back = (tuple(curve.points[::way].ravel().tolist()) for way in (1, -1))
+        turned = (last, back) < (first, forth)
+        points = np.ascontiguousarray(curve.points[::-1]) if turned else curve.points
+        nodes = (last, first) if turned else (first, last)
+        key = (nodes, min(forth, back), number)
+        curve = Curve(points, nodes, curve.id, curve.stroke)
+        made.append((key, curve, _turn_walk(walk) if turned else walk))
+    made.sort(key=lambda one: one[0])  # type: ignore[arg-type, return-value]
+    curves = tuple(curve for _, curve, _ in made)
+    ordered = CurveNetwork(curves, network.nodes[order])
+    return ChainedNetwork(ordered, tuple(walk for _, _, walk in made))
+
+
+def _turn_walk(walk: tuple[Step, ...]) -> tuple[Step, ...]:
+    """Return a walk the other way round."""
+    return tuple((curve, not backward) for curve, backward in reversed(walk))
 
 
 def _leave(curve: Curve, backward: bool) -> NDArray[np.float64]:

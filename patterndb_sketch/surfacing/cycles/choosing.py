@@ -14,11 +14,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from patterndb_sketch.surfacing.cycles.packing import SIDES, UNIT, solve_packing
+from patterndb_sketch.surfacing.cycles.packing import SIDES, UNIT, CycleProblem, solve_packing
 
 #: Up to so many candidates are solved as a whole. The sketches and cages at hand have fewer (the
 #: most, the penguin's cage, 1,366); the solver's time grows faster than their number.
@@ -52,55 +51,30 @@ class CycleChoice:
 
 
 def choose_cycles(
-    curves: Sequence[Sequence[int]],
-    gains: NDArray[np.float64],
-    costs: Mapping[tuple[int, int], float],
-    *,
-    forced: Collection[int] = (),
-    excluded: Iterable[Sequence[int]] = (),
-    full: Collection[int] = (),
-    least: float | None = None,
-    effort: float = 2.0,
-    prove: bool = True,
+    problem: CycleProblem, effort: float = 2.0, prove: bool = True
 ) -> CycleChoice | None:
-    """The candidates of the greatest value such that no curve is in more than SIDES of them.
+    """Choose the candidates of the greatest value such that no curve is in more than fit there.
 
-    curves: the curves of every candidate. gains: (k,). costs: of pairs (i, j), >= 0, that are
-    both chosen. forced: candidates that are chosen. excluded: sets of candidates that must not
-    all be chosen. full: curves that must be in SIDES of them. least: a value that is not worth
-    less. effort: in CP-SAT's units of deterministic time, some seconds each; the result depends
-    on no clock. prove: is it worth an effort to know that nothing is better?
+    effort: in CP-SAT's units of deterministic time, some seconds each; the result depends on no
+    clock. prove: is it worth an effort to know that nothing is better?
 
     More than MOST_AT_ONCE candidates, and those for which the effort finds nothing, are chosen
-    greedily and improved by windows. Returns None if nothing fits; where there are ``full`` or
-    ``least``, also if nothing was found.
+    greedily and improved by windows. Returns None if nothing fits; where there are curves that must
+    be full, or a least value, also if nothing was found.
     """
-    must = set(forced)
-    groups = [tuple(group) for group in excluded]
-    room = dict.fromkeys((c for of_one in curves for c in of_one), SIDES)
-    if not set(full) <= room.keys():
+    curves, full = problem.curves, set(problem.full)
+    if not full <= {c for of_one in curves for c in of_one}:
         return None
     if len(curves) <= MOST_AT_ONCE:
-        solved = solve_packing(
-            curves,
-            gains.tolist(),
-            costs,
-            room,
-            forced=must,
-            excluded=groups,
-            full=full,
-            least=least,
-            effort=effort,
-            prove=prove,
-        )
+        solved = solve_packing(problem, effort, prove)
         if solved is not None:
-            return CycleChoice(solved[0], _value_all(gains, costs, solved[0]), solved[1])
-        if full or least is not None:
+            return CycleChoice(solved[0], problem.weigh(solved[0]), solved[1])
+        if full or problem.least is not None:
             return None
-    contest = _open_contest(curves, gains, costs, must, groups, set(full))
+    contest = _open_contest(problem)
     if contest is None:
         return None
-    chosen = set(must)
+    chosen = set(problem.forced)
     proven = True
     for part in _part_contest(contest):
         if full:
@@ -111,21 +85,10 @@ def choose_cycles(
             return None
         chosen |= found[0]
         proven &= found[1]
-    value = _value_all(gains, costs, chosen)
-    if least is not None and value < least - UNIT:
+    value = problem.weigh(chosen)
+    if problem.least is not None and value < problem.least - UNIT:
         return None
     return CycleChoice(tuple(sorted(chosen)), value, proven, True)
-
-
-def _value_all(
-    gains: NDArray[np.float64],
-    costs: Mapping[tuple[int, int], float],
-    chosen: Collection[int],
-) -> float:
-    """The gains of candidates less the costs of their pairs."""
-    some = set(chosen)
-    paid = sum(cost for (i, j), cost in costs.items() if i in some and j in some)
-    return float(sum(gains[i] for i in sorted(some))) - paid
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,26 +112,20 @@ class _Contest:
     whole: Collection[int] = field(repr=False)
 
 
-def _open_contest(
-    curves: Sequence[Sequence[int]],
-    gains: NDArray[np.float64],
-    costs: Mapping[tuple[int, int], float],
-    must: set[int],
-    excluded: Iterable[Sequence[int]],
-    full: set[int],
-) -> _Contest | None:
-    """What is left to choose when some candidates are chosen; None if nothing can fit."""
-    room = dict.fromkeys((c for of_one in curves for c in of_one), SIDES)
+def _open_contest(problem: CycleProblem) -> _Contest | None:
+    """Return the choice that remains when some candidates are chosen; None if nothing can fit."""
+    curves, must, full = problem.curves, set(problem.forced), set(problem.full)
+    room = {c: problem.find_room(c) for of_one in curves for c in of_one}
     for i in must:
         for curve in curves[i]:
             room[curve] -= 1
-    own = gains.tolist()
-    for (i, j), cost in costs.items():
+    own = list(problem.gains)
+    for (i, j), cost in problem.costs.items():
         if i in must and j not in must:
             own[j] -= cost
         elif j in must and i not in must:
             own[i] -= cost
-    left = [tuple(sorted(set(group) - must)) for group in excluded]
+    left = [tuple(sorted(set(group) - must)) for group in problem.excluded]
     if min(room.values(), default=0) < 0 or not all(left):
         return None
     barred = must | {group[0] for group in left if len(group) == 1}
@@ -179,7 +136,7 @@ def _open_contest(
     ]
     alive = set(usable)
     between: list[dict[int, float]] = [{} for _ in curves]
-    for (i, j), cost in costs.items():
+    for (i, j), cost in problem.costs.items():
         if cost > 0.0 and i in alive and j in alive:
             between[i][j] = between[j][i] = cost
     groups: dict[int, list[tuple[int, ...]]] = {}
@@ -228,7 +185,7 @@ def _solve_part(
     for curve in room:
         room[curve] -= sum(j in fixed for j in contest.at[curve])
     groups = {group for i in part for group in contest.groups.get(i, ())}
-    solved = solve_packing(
+    problem = CycleProblem(
         [contest.curves[i] for i in part],
         [_gain_beside(contest, i, fixed) for i in part],
         {
@@ -244,9 +201,8 @@ def _solve_part(
             if all(i in place or i in fixed for i in group)
         ],
         full=[curve for curve in contest.whole if curve in room],
-        effort=effort,
-        prove=False,
     )
+    solved = solve_packing(problem, effort, prove=False)
     return None if solved is None else ({part[k] for k in solved[0]}, solved[1])
 
 

@@ -8,15 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import (
-    Curve,
     CurveNetwork,
     Cycle,
     InvalidNetworkError,
-    list_steps_at_nodes,
 )
-from patterndb_sketch.surfacing.cycles.chains import ChainedNetwork, chain_curves
+from patterndb_sketch.surfacing.cycles.chains import ChainedNetwork, chain_curves, order_chains
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
@@ -30,6 +27,7 @@ from patterndb_sketch.surfacing.cycles.found import (
     RejectedCycle,
     describe_cycles,
     find_pinches,
+    find_walls,
     list_users,
     orient_cycles,
 )
@@ -39,8 +37,7 @@ from patterndb_sketch.surfacing.cycles.measures import (
     price_folds,
     rate_badness,
 )
-from patterndb_sketch.surfacing.cycles.packing import SIDES
-from patterndb_sketch.surfacing.cycles.walls import find_walls
+from patterndb_sketch.surfacing.cycles.packing import SIDES, CycleProblem
 
 #: Closing paths per pair of curves at a node.
 CLOSINGS = 8
@@ -90,8 +87,9 @@ REACH = 1
 
 @dataclass(slots=True)
 class _NetworkPart:
-    """Curves that hang together, and what may be chosen there."""
+    """Curves of a network that hang together, and what may be chosen there."""
 
+    network: CurveNetwork
     curves: NDArray[np.int64]
     cycles: list[Cycle]
     bad: NDArray[np.float64]
@@ -138,8 +136,7 @@ def find_cycles(
     _check(network, added, banned)
     if not network.curves:
         return FoundCycles(())
-    chained = chain_curves(network, find_dangling(network))
-    own = _Unchained(order_network(chained.network), chained)
+    own = order_chains(chain_curves(network, find_dangling(network)))
     gone = find_dangling(own.network)
     halves = list_half_curves(own.network, ~gone)
     found, cut_short = find_candidate_cycles(own.network, halves, closings)
@@ -154,7 +151,7 @@ def find_cycles(
     proven = True
     parts = _parts(own.network, ~gone, found, must)
     for part in parts:
-        numbers, sure = _chosen(own.network, part, worst, effort)
+        numbers, sure = _chosen(part, worst, effort)
         chosen += _of(part, numbers)
         standing = find_walls(own.network, part.cycles, part.bad, part.costs, numbers)
         walls += _of(part, standing)
@@ -163,35 +160,21 @@ def find_cycles(
     missed = _find_nearest_miss(parts, [*chosen, *walls])
     return describe_cycles(
         network,
-        (*turned.cycles, *_sort_there(own, walls)),
-        bool(turned.twisted),
-        len(found),
-        cut_short,
-        proven,
-        None if missed is None else RejectedCycle(own.there(missed[0]), missed[1], worst),
+        FoundCycles(
+            (*turned.cycles, *_sort_there(own, walls)),
+            candidates=len(found),
+            cut_short=cut_short,
+            proven=proven,
+            orientable=not turned.twisted,
+            nearest_miss=(
+                None if missed is None else RejectedCycle(own.there(missed[0]), missed[1], worst)
+            ),
+        ),
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Unchained:
-    """The order of a chained network, seen from the network before that."""
-
-    ordered: OrderedNetwork
-    chained: ChainedNetwork
-
-    @property
-    def network(self) -> CurveNetwork:
-        return self.ordered.network
-
-    def there(self, cycle: Cycle) -> Cycle:
-        return self.chained.there(self.ordered.there(cycle))
-
-    def here(self, cycle: Cycle) -> Cycle:
-        return self.ordered.here(self.chained.here(cycle))
-
-
-def _sort_there(own: _Unchained, cycles: Sequence[Cycle]) -> list[Cycle]:
-    """The cycles in the network that came in, in its order."""
+def _sort_there(own: ChainedNetwork, cycles: Sequence[Cycle]) -> list[Cycle]:
+    """List cycles as those of the network that came in, in its order."""
     return sorted(map(own.there, cycles), key=lambda cycle: cycle.key)
 
 
@@ -269,6 +252,7 @@ def _parts(
         gains = size * (REWARD - limited)
         parts.append(
             _NetworkPart(
+                network,
                 curves,
                 own,
                 limited,
@@ -282,24 +266,25 @@ def _parts(
     return parts
 
 
-def _chosen(
-    network: CurveNetwork, part: _NetworkPart, worst: float, effort: float
-) -> tuple[list[int], bool]:
+def _chosen(part: _NetworkPart, worst: float, effort: float) -> tuple[list[int], bool]:
     """The candidates chosen in a part of the network, and whether no better choice is left."""
-    best = _surface(network, part, effort)
+    best = _surface(part, effort)
     if best is None:
         return sorted(part.forced), False
     twice = {c for c, walks in list_users(_of(part, best.chosen)).items() if len(walks) == SIDES}
     proven = best.proven
     if NEARLY_CLOSED * len(part.curves) <= len(twice) < len(part.curves):
-        least = CLOSED_SHARE * best.value
-        kept_fixed = _far_from(network, part, best, set(part.curves.tolist()) - twice)
-        whole = _surface(network, part, effort, part.curves.tolist(), least, kept_fixed)
+        demand = _Demand(
+            full=part.curves.tolist(),
+            least=CLOSED_SHARE * best.value,
+            fixed=_far_from(part, best, set(part.curves.tolist()) - twice),
+        )
+        whole = _surface(part, effort, demand)
         if whole is not None:
             best = whole
             proven = whole.proven
     if any(part.bad[i] > worst for i in best.chosen) and not _covers_all(part, best):
-        every = _cover_all(network, part, worst, effort)
+        every = _cover_all(part, worst, effort)
         if every is not None:
             best = every
             proven = False
@@ -329,9 +314,7 @@ def _covers_all(part: _NetworkPart, choice: CycleChoice) -> bool:
     return len(list_users(_of(part, choice.chosen))) == len(part.curves)
 
 
-def _cover_all(
-    network: CurveNetwork, part: _NetworkPart, worst: float, effort: float
-) -> CycleChoice | None:
+def _cover_all(part: _NetworkPart, worst: float, effort: float) -> CycleChoice | None:
     """A choice in which every curve bounds something, of cycles no worse than that needs.
 
     None if that takes cycles worse than those of open surfaces, or if it is not found. A Moebius
@@ -346,7 +329,7 @@ def _cover_all(
     if needed > worst:
         return None
     barred = [i for i in np.flatnonzero(part.bad > needed).tolist() if i not in part.forced]
-    choice = _surface(network, part, effort, barred=barred, turning_over=needed)
+    choice = _surface(part, effort, _Demand(barred=barred, turning_over=needed))
     return choice if choice is not None and _covers_all(part, choice) else None
 
 
@@ -369,14 +352,12 @@ def _find_closed_by_rims(
     }
 
 
-def _far_from(
-    network: CurveNetwork, part: _NetworkPart, choice: CycleChoice, curves: set[int]
-) -> set[int]:
+def _far_from(part: _NetworkPart, choice: CycleChoice, curves: set[int]) -> set[int]:
     """Chosen cycles that stay while others are looked for at some curves, in large parts only."""
     if not choice.by_windows:
         return set()
-    near = {node for curve in curves for node in network.curves[curve].nodes}
-    nodes = {i: set(network.walk(part.cycles[i])) for i in choice.chosen}
+    near = {node for curve in curves for node in part.network.curves[curve].nodes}
+    nodes = {i: set(part.network.walk(part.cycles[i])) for i in choice.chosen}
     for _ in range(REACH):
         near |= set[int]().union(*(at for at in nodes.values() if at & near))
     return {i for i, at in nodes.items() if not at & near}
@@ -386,52 +367,61 @@ def _of(part: _NetworkPart, numbers: Sequence[int]) -> list[Cycle]:
     return [part.cycles[i] for i in numbers]
 
 
+@dataclass(frozen=True, slots=True)
+class _Demand:
+    """What a choice must and must not have.
+
+    full:   curves that must be in two cycles each. least: the least value that is good enough.
+    fixed, barred: candidates that are chosen, or not.
+    turning_over: the worst badness of cycles of a strip that turns over.
+    """
+
+    full: Sequence[int] = ()
+    least: float | None = None
+    fixed: Collection[int] = ()
+    barred: Sequence[int] = ()
+    turning_over: float = TURNING_OVER
+
+
 def _surface(
-    network: CurveNetwork,
-    part: _NetworkPart,
-    effort: float,
-    full: Sequence[int] = (),
-    least: float | None = None,
-    fixed: Collection[int] = (),
-    barred: Sequence[int] = (),
-    turning_over: float = TURNING_OVER,
+    part: _NetworkPart, effort: float, demand: _Demand | None = None
 ) -> CycleChoice | None:
-    """The best choice that has what is ``fixed`` and nothing that is ``barred``, mended until it is
-    a surface without a pinch, in which strips turn over only of cycles up to ``turning_over``.
+    """Make the best choice on demand, and mend it until it is a surface without a pinch.
 
     Each choice that is no surface bars what is wrong with it, and the next is made with what is
     near; after MENDS of them cycles are dropped instead. What comes from added cycles alone
     stays.
     """
+    demand = _Demand() if demand is None else demand
     curves = [cycle.curves for cycle in part.cycles]
-    nodes = [set(network.walk(cycle)) for cycle in part.cycles]
-    excluded: list[tuple[int, ...]] = [(i,) for i in barred]
-    forced = part.forced.union(fixed)
+    nodes = [set(part.network.walk(cycle)) for cycle in part.cycles]
+    excluded: list[tuple[int, ...]] = [(i,) for i in demand.barred]
+    forced = part.forced.union(demand.fixed)
+    gains = part.gains.tolist()
     near: set[int] = set()
     mends = 0
     prove = False
     while True:
-        choice = choose_cycles(
+        problem = CycleProblem(
             curves,
-            part.gains,
+            gains,
             part.costs,
             forced=forced,
             excluded=excluded,
-            full=full,
-            least=least,
-            effort=effort,
-            prove=prove,
+            full=demand.full,
+            least=demand.least,
         )
+        choice = choose_cycles(problem, effort, prove)
         if choice is None:
             return None
-        wrong = _wrong(network, part, choice.chosen, turning_over)
+        wrong = _wrong(part, choice.chosen, demand.turning_over)
         if not wrong and not (prove or mends or choice.proven or choice.by_windows):
             prove = True  # only what is a surface as it stands is called proven
             continue
         if not wrong:
             return replace(choice, proven=choice.proven and not mends)
         if mends == MENDS:
-            return None if full else _dropped(network, part, choice, turning_over)
+            return None if demand.full else _dropped(part, choice, demand.turning_over)
         mends += 1
         prove = False
         for group, node in wrong:
@@ -447,7 +437,7 @@ def _surface(
 
 
 def _wrong(
-    network: CurveNetwork, part: _NetworkPart, chosen: Sequence[int], turning_over: float
+    part: _NetworkPart, chosen: Sequence[int], turning_over: float
 ) -> list[tuple[tuple[int, ...], int | None]]:
     """Sets of chosen candidates that make no surface: strips that turn over, with None, and
     rings around a node, with the node that other cycles pass too."""
@@ -457,68 +447,16 @@ def _wrong(
         (strip, None) for strip in strips if max(part.bad[i] for i in strip) > turning_over
     ]
     found += [
-        (tuple(chosen[i] for i in ring), node) for node, ring in find_pinches(network, cycles)
+        (tuple(chosen[i] for i in ring), node) for node, ring in find_pinches(part.network, cycles)
     ]
     return [(group, node) for group, node in found if not part.forced.issuperset(group)]
 
 
-def _dropped(
-    network: CurveNetwork, part: _NetworkPart, choice: CycleChoice, turning_over: float
-) -> CycleChoice:
+def _dropped(part: _NetworkPart, choice: CycleChoice, turning_over: float) -> CycleChoice:
     """The choice without the worst cycle of everything that is wrong with it."""
     chosen = list(choice.chosen)
-    while wrong := _wrong(network, part, chosen, turning_over):
+    while wrong := _wrong(part, chosen, turning_over):
         group, _ = wrong[0]
         worst = max(set(group) - part.forced, key=lambda i: (part.bad[i], i))
         chosen.remove(worst)
     return replace(choice, chosen=tuple(chosen), proven=False)
-
-
-@dataclass(frozen=True, slots=True)
-class OrderedNetwork:
-    """A network in its own order.
-
-    network: the network; it has no cycles.
-    curves:  for each of its curves the number in the network it came from.
-    turned:  whether it runs the other way there.
-    """
-
-    network: CurveNetwork
-    curves: tuple[int, ...]
-    turned: tuple[bool, ...]
-
-    def there(self, cycle: Cycle) -> Cycle:
-        """A cycle of this network in the one it came from."""
-        return Cycle(tuple((self.curves[c], back != self.turned[c]) for c, back in cycle.steps))
-
-    def here(self, cycle: Cycle) -> Cycle:
-        """A cycle of the network it came from in this one."""
-        place = {old: new for new, old in enumerate(self.curves)}
-        steps = ((place[c], back) for c, back in cycle.steps)
-        return Cycle(tuple((c, back != self.turned[c]) for c, back in steps))
-
-
-def order_network(network: CurveNetwork) -> OrderedNetwork:
-    """The network with nodes and curves ordered, and curves turned, by their points."""
-    used = [node for node, steps in enumerate(list_steps_at_nodes(network)) if steps]
-    order = sorted(used, key=lambda node: (tuple(network.nodes[node]), node))
-    place = {old: new for new, old in enumerate(order)}
-    made: list[tuple[object, Curve, int, bool]] = []
-    for number, curve in enumerate(network.curves):
-        first, last = (place[node] for node in curve.nodes)
-        forth, back = _flat(curve.points), _flat(curve.points[::-1])
-        turned = (last, back) < (first, forth)
-        points = np.ascontiguousarray(curve.points[::-1]) if turned else curve.points
-        nodes = (last, first) if turned else (first, last)
-        key = (nodes, min(forth, back), number)
-        made.append((key, Curve(points, nodes, curve.id, curve.stroke), number, turned))
-    made.sort(key=lambda one: one[0])  # type: ignore[arg-type, return-value]
-    return OrderedNetwork(
-        CurveNetwork(tuple(curve for _, curve, _, _ in made), network.nodes[order]),
-        tuple(number for _, _, number, _ in made),
-        tuple(turned for _, _, _, turned in made),
-    )
-
-
-def _flat(points: Points) -> tuple[float, ...]:
-    return tuple(points.ravel().tolist())

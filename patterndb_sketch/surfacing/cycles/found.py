@@ -1,14 +1,23 @@
-"""Found cycles, and what their user must be told."""
+"""Found cycles: how they are oriented, which of them are walls, and what a user should know."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
+from patterndb.geometry.points import Floats
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, total_length
 from patterndb_sketch.surfacing.cycles.closing import find_dangling
+from patterndb_sketch.surfacing.cycles.packing import SIDES
+
+#: The worst badness of a wall. In the CASSIE sketches four are found, all recorded, those of every
+#: second one being unchanged; up to 0.5 there are 22, of which 8 are recorded.
+WORST_WALL = 0.3
+
+#: At least this share of a wall's length runs along curves that bound less than two others.
+FREE_SHARE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,68 +76,46 @@ class FoundCycles:
     notes: tuple[str, ...] = field(default=(), repr=False)
 
 
-def describe_cycles(
-    network: CurveNetwork,
-    cycles: tuple[Cycle, ...],
-    twisted: bool,
-    candidates: int,
-    cut_short: int,
-    proven: bool,
-    nearest_miss: RejectedCycle | None = None,
-) -> FoundCycles:
-    """The cycles with what is to be known about them.
-
-    twisted: can they not be oriented? The others as in :class:`FoundCycles`.
-    """
+def describe_cycles(network: CurveNetwork, found: FoundCycles) -> FoundCycles:
+    """Complete found cycles by what follows from them, and by the notes."""
     gone = find_dangling(network)
-    count = {curve: len(walks) for curve, walks in list_users(cycles).items()}
+    count = {curve: len(walks) for curve, walks in list_users(found.cycles).items()}
     living = np.flatnonzero(~gone).tolist()
-    unused = tuple(curve for curve in living if curve not in count)
-    once = tuple(curve for curve in living if count.get(curve) == 1)
-    pinches = tuple(sorted({node for node, _ in find_pinches(network, cycles)}))
-    notes: list[str] = []
-
-    def note(number: int, one: str, many: str) -> None:
-        if number:
-            notes.append(f"1 {one}" if number == 1 else f"{number:,} {many}")
-
-    note(
-        int(gone.sum()),
-        "curve dangles and bounds no cycle",
-        "curves dangle and bound no cycle",
+    found = replace(
+        found,
+        dangling=tuple(np.flatnonzero(gone).tolist()),
+        unused=tuple(curve for curve in living if curve not in count),
+        once=tuple(curve for curve in living if count.get(curve) == 1),
+        pinches=tuple(sorted({node for node, _ in find_pinches(network, found.cycles)})),
     )
-    note(len(unused), "other curve bounds no cycle", "other curves bound no cycle")
-    if nearest_miss is not None:
-        notes.append(nearest_miss.tell(network))
-    note(
-        cut_short,
-        "pair of curves was not closed in all ways: too many paths",
-        "pairs of curves were not closed in all ways: too many paths",
+    counted = (
+        (
+            len(found.dangling),
+            "curve dangles and bounds no cycle",
+            "curves dangle and bound no cycle",
+        ),
+        (len(found.unused), "other curve bounds no cycle", "other curves bound no cycle"),
+        (
+            found.cut_short,
+            "pair of curves was not closed in all ways: too many paths",
+            "pairs of curves were not closed in all ways: too many paths",
+        ),
+        (
+            len(found.pinches),
+            "node is pinched: a closed surface is touched there by another",
+            "nodes are pinched: a closed surface is touched there by another",
+        ),
     )
-    note(
-        len(pinches),
-        "node is pinched: a closed surface is touched there by another",
-        "nodes are pinched: a closed surface is touched there by another",
-    )
-    if not proven:
+    notes = [f"1 {one}" if n == 1 else f"{n:,} {many}" if n else "" for n, one, many in counted]
+    if found.nearest_miss is not None:
+        notes.insert(2, found.nearest_miss.tell(network))
+    if not found.proven:
         notes.append(
             "a better choice among the cycles considered may exist: this one is not proven best"
         )
-    if twisted:
+    if not found.orientable:
         notes.append("the surface cannot be oriented: it turns over, as a Moebius strip does")
-    return FoundCycles(
-        cycles,
-        tuple(np.flatnonzero(gone).tolist()),
-        unused,
-        once,
-        candidates,
-        cut_short,
-        proven,
-        not twisted,
-        pinches,
-        nearest_miss,
-        tuple(notes),
-    )
+    return replace(found, notes=tuple(filter(None, notes)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,3 +220,47 @@ def find_pinches(
             if all(len(around[curve]) == 2 for curve in ring) and len(members) < len(at):
                 found.append((node, tuple(sorted(members))))
     return found
+
+
+def find_walls(
+    network: CurveNetwork,
+    cycles: Sequence[Cycle],
+    bad: Floats,
+    folds: Mapping[tuple[int, int], float],
+    chosen: Sequence[int],
+) -> list[int]:
+    """Find the walls: the candidates that stand on the chosen ones, or on each other.
+
+    Walls stand on curves which bound two cycles already, such as a fin on a sheet, a partition, or
+    one of two sheets that cross.
+
+    bad: (k,) the candidates' badness. folds: what pairs of them cost that lie on each other, as
+    :func:`patterndb_sketch.surfacing.cycles.measures.price_folds` has it. chosen: numbers of those
+    that are.
+
+    The best come first. A wall lies on none of the others, and shares a curve with two of them;
+    where all its curves have room it was left out for other reasons.
+    """
+    users = {c: len(walks) for c, walks in list_users([cycles[i] for i in chosen]).items()}
+    beneath: dict[int, set[int]] = {}
+    for (i, j), cost in folds.items():
+        if cost > 0.0:
+            beneath.setdefault(i, set()).add(j)
+            beneath.setdefault(j, set()).add(i)
+    taken = set(chosen)
+    walls: list[int] = []
+    for i in np.argsort(bad, kind="stable").tolist():
+        if bad[i] > WORST_WALL:
+            break
+        if i in taken or not taken.isdisjoint(beneath.get(i, ())):
+            continue
+        curves = cycles[i].curves
+        free = [curve for curve in curves if users.get(curve, 0) < SIDES]
+        share = total_length(network, free) / total_length(network, curves)
+        if len(free) == len(curves) or share < FREE_SHARE:
+            continue
+        taken.add(i)
+        walls.append(i)
+        for curve in curves:
+            users[curve] = users.get(curve, 0) + 1
+    return walls

@@ -1,14 +1,20 @@
-"""The best set of candidate cycles, exactly: set packing with costs of pairs, by CP-SAT."""
+"""The best set of candidate cycles, exactly: set packing with costs of pairs, by CP-SAT.
+
+Bounds of what choices can be worth with each candidate leave most candidates out of the search.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb._native.surfacing.cycles.bounding import move_shares, spread_costs
 from patterndb.system.extras import require_extra
-from patterndb_sketch.surfacing.cycles.bounding import bound_choices
 
 #: Gains and costs become integers in this part of a median curve's length.
 UNIT = 1e-4
@@ -31,53 +37,83 @@ SHORT = 0.01
 PROOF = 0.05
 PROVABLE = 0.7
 
+#: Times that all candidates' shares are moved. In most CASSIE sketches four times as many lower the
+#: bound by less than a hundredth.
+SWEEPS = 16
+
+#: What lacks at a curve that must be bounded twice: more than any gain, and a number that can be
+#: shared out.
+#: The same as in rust/surfacing/src/cycles/bounding.rs.
+LACKING = 1e5
+
+#: Pairs at curves, counted at each, that are weighed at most; 8 bytes each.
+MOST_PAIRS = 10_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class CycleProblem:
+    """Which of some candidates to choose so that their value is greatest.
+
+    curves:   of every candidate. gains: of every candidate.
+    costs:    of pairs (i, j), >= 0, that are both chosen.
+    room:     of some curves in how many chosen candidates they may be; of all others SIDES.
+    forced:   candidates that are chosen. excluded: sets of candidates that must not all be chosen.
+    full:     curves that must be in as many candidates as they may.
+    least:    the value of a choice that is good enough; None for any.
+    """
+
+    curves: Sequence[Sequence[int]]
+    gains: Sequence[float]
+    costs: Mapping[tuple[int, int], float] = field(default_factory=dict)
+    room: Mapping[int, int] = field(default_factory=dict)
+    forced: Collection[int] = frozenset()
+    excluded: Sequence[Sequence[int]] = ()
+    full: Collection[int] = frozenset()
+    least: float | None = None
+
+    def find_room(self, curve: int) -> int:
+        """Return in how many chosen candidates a curve may be."""
+        return self.room.get(curve, SIDES)
+
+    def weigh(self, chosen: Collection[int]) -> float:
+        """Return the gains of candidates less the costs of their pairs."""
+        some = set(chosen)
+        paid = sum(cost for (i, j), cost in self.costs.items() if i in some and j in some)
+        return float(sum(self.gains[i] for i in sorted(some))) - paid
+
 
 def solve_packing(
-    curves: Sequence[Sequence[int]],
-    gains: Sequence[float],
-    costs: Mapping[tuple[int, int], float],
-    room: Mapping[int, int],
-    *,
-    forced: Collection[int] = (),
-    excluded: Iterable[Sequence[int]] = (),
-    full: Collection[int] = (),
-    least: float | None = None,
-    effort: float = 2.0,
-    prove: bool = True,
+    problem: CycleProblem, effort: float = 2.0, prove: bool = True
 ) -> tuple[tuple[int, ...], bool] | None:
     """Find the candidates of the greatest value such that no curve is in more than fit there.
 
-    curves: the curves of every candidate. gains: of each. costs: of pairs (i, j), >= 0, that are
-    both chosen. room: for every curve in how many it may be, SIDES or less. forced: candidates
-    that are chosen. excluded: sets of
-    candidates that must not all be chosen. full: curves that must be in as many as they may.
-    least: a value that is not worth less. effort: in CP-SAT's units of deterministic time, some
-    seconds each; the result depends on no clock. prove: look for what is better among unlikely
-    candidates, too.
+    effort: in CP-SAT's units of deterministic time, some seconds each; the result depends on no
+    clock. prove: look for what is better among unlikely candidates, too.
 
     Returns the numbers of those chosen, ascending, and whether there is surely nothing better, to
     UNIT; None if nothing fits, or nothing was found with this effort.
 
-    A cost as high as the gain of one of the two bars the pair: dropping that one is no worse. What
-    choices can be worth at most says which candidates are likely; of those alone the best are
-    chosen, and then it says which of the others could still be better.
+    A cost as high as the gain of one of the two bars the pair: dropping that one is no worse. The
+    bounds show which candidates are likely; of those alone the best are chosen, and then they show
+    which of the others could still be better.
     """
-    must = set(forced)
-    whole = set(full)
+    gains, must, whole = problem.gains, set(problem.forced), set(problem.full)
     usable = [
         i
         for i, gain in enumerate(gains)
-        if i in must or ((whole or gain > 0.0) and all(room[c] > 0 for c in curves[i]))
+        if i in must
+        or ((whole or gain > 0.0) and all(problem.find_room(c) > 0 for c in problem.curves[i]))
     ]
     pairs = {
         (i, j): math.inf if not whole and not must & {i, j} and c >= min(gains[i], gains[j]) else c
-        for (i, j), c in costs.items()
+        for (i, j), c in problem.costs.items()
         if _whole(c) > 0
     }
-    packing = _Packing(curves, gains, pairs, room, must, list(excluded), whole)
-    bounds = bound_choices(curves, gains, pairs, room, usable, whole) if usable else None
+    least = problem.least
+    problem = replace(problem, costs=pairs, forced=must, full=whole, least=None)
+    bounds = bound_choices(problem, usable) if usable else None
     if bounds is None:
-        return _solve(packing, usable, least, effort)
+        return _solve(replace(problem, least=least), usable, effort)
     most = bounds.most
     if least is not None:
         if bounds.best < least - UNIT:
@@ -85,61 +121,42 @@ def solve_packing(
         usable = [i for i in usable if i in must or most[i] >= least - UNIT]
     size = max(LEAST_LIKELY, round(LIKELY * len(usable)))
     if whole or len(usable) <= size:
-        return _solve(packing, usable, least, effort)
+        return _solve(replace(problem, least=least), usable, effort)
     likely = set(sorted(usable, key=lambda i: (i not in must, -most[i], i))[:size]) | must
-    found = _solve(packing, sorted(likely), None, effort)
+    found = _solve(problem, sorted(likely), effort)
     if found is None:
-        return _solve(packing, usable, None, effort)
+        return _solve(problem, usable, effort)
     chosen, proven = found
-    value = packing.weigh(chosen)
+    value = problem.weigh(chosen)
     if value < bounds.best - SHORT * abs(bounds.best):
         # So few may not suffice: where all usable ones are meant, they are too few.
-        every = _solve(packing, usable, None, effort)
-        if every is not None and packing.weigh(every[0]) > value + UNIT:
+        every = _solve(problem, usable, effort)
+        if every is not None and problem.weigh(every[0]) > value + UNIT:
             return every
     better = [i for i in usable if i in must or most[i] > value + UNIT]
     if likely.issuperset(better):
         return chosen, proven
     if not prove or len(better) > PROVABLE * len(usable):
         return chosen, False
-    outcome = _search(packing, better, value + UNIT, PROOF * effort)
+    outcome = _search(replace(problem, least=value + UNIT), better, PROOF * effort)
     if outcome is None:
         return chosen, False
     return (chosen, True) if outcome[0] is None else (outcome[0], outcome[1])
 
 
-@dataclass(frozen=True, slots=True)
-class _Packing:
-    """What :func:`solve_packing` is asked; the cost of pairs that are barred is inf."""
-
-    curves: Sequence[Sequence[int]]
-    gains: Sequence[float]
-    pairs: Mapping[tuple[int, int], float]
-    room: Mapping[int, int]
-    forced: set[int]
-    excluded: Sequence[Sequence[int]]
-    full: set[int]
-
-    def weigh(self, chosen: Collection[int]) -> float:
-        """The gains of candidates less the costs of their pairs."""
-        some = set(chosen)
-        paid = sum(cost for (i, j), cost in self.pairs.items() if i in some and j in some)
-        return sum(self.gains[i] for i in chosen) - paid
-
-
 def _solve(
-    packing: _Packing, usable: Sequence[int], least: float | None, effort: float
+    problem: CycleProblem, usable: Sequence[int], effort: float
 ) -> tuple[tuple[int, ...], bool] | None:
-    """The best choice among some candidates, and whether it surely is; None if none was found."""
-    outcome = _search(packing, usable, least, effort)
+    """Return the best choice among some candidates, and whether it surely is; None without one."""
+    outcome = _search(problem, usable, effort)
     return None if outcome is None or outcome[0] is None else (outcome[0], outcome[1])
 
 
 def _search(
-    packing: _Packing, usable: Sequence[int], least: float | None, effort: float
+    problem: CycleProblem, usable: Sequence[int], effort: float
 ) -> tuple[tuple[int, ...], bool] | tuple[None, bool] | None:
-    """Likewise, but (None, True) if nothing fits, and None if the effort did not tell."""
-    curves, gains, room = packing.curves, packing.gains, packing.room
+    """Likewise, but (None, True) if nothing fits, and None if the effort did not suffice."""
+    curves = problem.curves
     # A quarter of a second to import, with all that it brings; and it is an extra.
     require_extra("sketch", "choosing the cycles of a network")
     from ortools.sat.python import cp_model
@@ -153,21 +170,21 @@ def _search(
         if x[i] is not None:
             for curve in of_candidate:
                 at.setdefault(curve, []).append(i)
-    if any(len(at.get(curve, ())) < room[curve] for curve in packing.full):
+    if any(len(at.get(curve, ())) < problem.find_room(curve) for curve in problem.full):
         return None, True
     for curve, candidates in at.items():
         total = sum(x[i] for i in candidates)
-        if curve in packing.full:
-            model.add(total == room[curve])
-        elif len(candidates) > room[curve]:
-            model.add(total <= room[curve])
-    for i in sorted(packing.forced):
+        if curve in problem.full:
+            model.add(total == problem.find_room(curve))
+        elif len(candidates) > problem.find_room(curve):
+            model.add(total <= problem.find_room(curve))
+    for i in sorted(problem.forced):
         model.add(x[i] == 1)
-    for group in packing.excluded:
+    for group in problem.excluded:
         if all(x[i] is not None for i in group):
             model.add_bool_or([~x[i] for i in group])
-    terms = [_whole(gain) * x[i] for i, gain in enumerate(gains) if x[i] is not None]
-    for (i, j), cost in packing.pairs.items():
+    terms = [_whole(gain) * x[i] for i, gain in enumerate(problem.gains) if x[i] is not None]
+    for (i, j), cost in problem.costs.items():
         if x[i] is None or x[j] is None:
             continue
         if cost == math.inf:
@@ -177,8 +194,8 @@ def _search(
             model.add_bool_or([~x[i], ~x[j], both])
             terms.append(-_whole(cost) * both)
     model.maximize(sum(terms))
-    if least is not None:
-        model.add(sum(terms) >= _whole(least))
+    if problem.least is not None:
+        model.add(sum(terms) >= _whole(problem.least))
     solver: Any = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     # OR-Tools would take Ctrl-C for itself, and leave it to end the process without a word.
@@ -200,3 +217,63 @@ def _search(
 
 def _whole(value: float) -> int:
     return round(float(value) / UNIT)
+
+
+@dataclass(frozen=True, slots=True)
+class ChoiceBounds:
+    """What choices can be worth at most.
+
+    best: any. most: (k,) those with a candidate; -inf for one that cannot be chosen.
+    """
+
+    best: float
+    most: NDArray[np.float64] = field(repr=False)
+
+
+def bound_choices(problem: CycleProblem, usable: Sequence[int]) -> ChoiceBounds | None:
+    """Bound the value of choices among ``usable`` candidates from above.
+
+    Costs of pairs may be inf, where both cannot be chosen; those that share no curve do not count.
+    Returns None where there would be more than MOST_PAIRS.
+
+    The gain of a candidate is laid on its curves in shares, and so is the cost of a pair. Any
+    choice is then worth no more than the sum, over all curves, of the best one or two candidates
+    at each. Shares are moved from curves where a candidate could not be missed to those where it
+    could not be afforded, one candidate after another, and the sum falls at every step: block
+    coordinate ascent of the dual of set packing, as in MPLP (Globerson and Jaakkola 2007).
+    """
+    curves = problem.curves
+    number = {curve: k for k, curve in enumerate(sorted({c for i in usable for c in curves[i]}))}
+    first = np.zeros(len(usable) + 1, np.int64)
+    first[1:] = np.cumsum([len(curves[i]) for i in usable])
+    member = np.array([number[c] for i in usable for c in curves[i]], np.int64)
+    size = np.bincount(member, minlength=len(number))
+    start = np.r_[0, np.cumsum(size)]
+    offset = np.r_[0, np.cumsum(size**2)]
+    if offset[-1] > MOST_PAIRS:
+        return None
+    # Of every candidate and curve its place among the curve's candidates.
+    place = np.empty(len(member), np.int64)
+    order = np.argsort(member, kind="stable")
+    place[order] = np.arange(len(member)) - start[member[order]]
+    owners = np.repeat(np.arange(len(usable)), np.diff(first))
+    shares = np.empty(len(member))
+    counts = np.diff(first)[owners]
+    shares[start[member] + place] = np.array([problem.gains[i] for i in usable])[owners] / counts
+    at = {i: k for k, i in enumerate(usable)}
+    listed = [(at[i], at[j], c) for (i, j), c in problem.costs.items() if i in at and j in at]
+    one = np.array([i for i, _, _ in listed], np.int64)
+    other = np.array([j for _, j, _ in listed], np.int64)
+    price = np.minimum(np.array([c for _, _, c in listed], np.float64), LACKING)
+    cost = np.zeros(int(offset[-1]))
+    spread_costs(first, member, place, start, offset, one, other, price, cost)
+    spare = np.array([problem.find_room(c) for c in number], np.int64)
+    whole = np.isin(np.array(list(number), np.int64), np.array(sorted(problem.full), np.int64))
+    margin = np.zeros(len(member))
+    best = move_shares(
+        first, member, place, start, offset, cost, spare, whole, shares, margin, SWEEPS
+    )
+    most = np.full(len(curves), -np.inf)
+    loss = np.bincount(owners, np.minimum(margin, 0.0), minlength=len(usable))
+    most[np.array(usable, np.int64)] = best + loss
+    return ChoiceBounds(best, most)

@@ -1,20 +1,19 @@
 """Tessellation: the pieces of a patch as triangles, and what can be asked of them."""
 
-from patterndb_sketch.surfacing.tessellation.intersections import find_self_intersections
 from patterndb_sketch.surfacing.tessellation.patchmesh import (
     PatchMesh,
     patch_of_least_area,
     tessellate_patch,
 )
 from patterndb_sketch.surfacing.tessellation.piece import (
+    MAX_INNER,
     MAX_VERTICES,
     Tessellation,
     minimal_area,
     tessellate,
     triangulate_flat,
 )
-from patterndb_sketch.surfacing.tessellation.planar import MAX_INNER
-from patterndb_sketch.surfacing.tessellation.triangles import area
+from patterndb_sketch.surfacing.tessellation.triangles import area, find_self_intersections
 
 __all__ = [
     "MAX_INNER",

@@ -11,11 +11,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb._native.geometry.leastarea import choose_triangles, tabulate_areas
 from patterndb._native.surfacing.tessellation.piece import measure_stretch, solve_heights
-from patterndb._native.surfacing.tessellation.planar import is_simple
+from patterndb._native.surfacing.tessellation.planar import (
+    clip_ears,
+    doubled_area,
+    is_simple,
+    join,
+    lay_lattice,
+    make_delaunay,
+    smooth,
+)
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points, as_points, tangents
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
-from patterndb_sketch.surfacing.tessellation.planar import GRID, fill_polygon, triangulate_polygon
 
 #: How a piece was made: relaxed over a plane, or as the triangulation of least area.
 PieceMethod = Literal["laplacian", "area"]
@@ -33,12 +40,17 @@ CROSSES = (
 
 BARRED = f"too thin: its mesh in the plane joins points of one chord; {INSTEAD}"
 
+#: Polygons are on an integer grid, with coordinates from 0 to this: every predicate is exact in 64
+#: bits, so that no polygon, however noisy, nearly touching or full of vertices in a row on one
+#: line, leads to an inverted triangle. A turn is a difference of two products of two differences:
+#: below 2**61. One step is 1e-9 of the polygon's extent.
+GRID = 1 << 30
+
+#: The most points inside one polygon: some seconds, and a mesh that is surely a slip.
+MAX_INNER = 1_000_000
+
 #: An area vector below this part of the squared extent has no direction: rounding.
 NO_AREA = 1e-12
-
-
-#: Steps per inner vertex. In exact arithmetic one each would do; rounding costs a few more.
-STEPS_EACH = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +84,7 @@ def tessellate(
     joins a barred pair.
 
     Raises InvalidNetworkError for points that are none, fewer than three, a spacing that is not
-    above 0 or makes more than :data:`.planar.MAX_INNER` points, and as :func:`minimal_area` does
+    above 0 or makes more than MAX_INNER points, and as :func:`minimal_area` does
     where that is used.
 
     Source: Abbasinejad et al. 2013, section 2, on their method of 2011: "projects the cycle to
@@ -253,3 +265,41 @@ def _seen_along(points: Points, spokes: Points, normal: Points) -> Projection | 
         return None
     origin = points.mean(axis=0) + low @ axes
     return Projection(grid, spokes @ normal, origin, axes, normal, step)
+
+
+def triangulate_polygon(grid: Int64Array) -> tuple[Int64Array, Int64Array]:
+    """(tail, twin) of the constrained Delaunay triangulation of a simple polygon (m, 2)."""
+    n = 3 * (len(grid) - 2)
+    tail, twin = np.empty(n, np.int64), np.empty(n, np.int64)
+    clip_ears(grid, len(grid), tail, twin)
+    make_delaunay(grid, tail, twin, len(grid) - 2)
+    return tail, twin
+
+
+def fill_polygon(
+    grid: Int64Array, tail: Int64Array, twin: Int64Array, spacing: float
+) -> tuple[Int64Array, Int64Array, Int64Array]:
+    """A triangulated polygon with points inside, about ``spacing`` steps of the grid apart.
+
+    grid: (m, 2) int64, simple, counter-clockwise. tail, twin: its triangulation, see
+    :func:`triangulate_polygon`. Returns the points (m + k, 2), the polygon's first, and the
+    constrained Delaunay triangulation of all of them. k is 0 where the polygon has no room.
+
+    Raises InvalidNetworkError for more than MAX_INNER points.
+    """
+    wanted = doubled_area(grid) / (math.sqrt(3.0) * spacing * spacing)
+    if wanted > MAX_INNER:
+        raise InvalidNetworkError(
+            f"the spacing would make {wanted:.3g} points inside one piece; the limit is "
+            f"{MAX_INNER:,}, so make it longer"
+        )
+    inner = lay_lattice(grid, spacing)
+    if not len(inner):
+        return grid, tail, twin
+    at = np.concatenate([grid, inner])
+    room = np.empty((2, 3 * (len(grid) - 2 + 2 * len(inner))), np.int64)
+    room[0, : len(tail)], room[1, : len(twin)] = tail, twin
+    joined = join(at, len(grid), room[0], room[1])
+    assert joined == len(at), "a point within the polygon is in none of its triangles"
+    smooth(at, len(grid), room[0], room[1])
+    return at, room[0], room[1]

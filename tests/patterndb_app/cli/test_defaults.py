@@ -15,11 +15,10 @@ from patterndb_sketch.features.registration import register
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.retopo.sizes import EDGE
 from patterndb_sketch.retopo.tools.draft import DRAFT
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD
-from patterndb_sketch.surfacing.surfaces import Settings
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, SurfaceOptions
 from tests.support.cli.commandline import run
 
-SNAP, SURFACE = SnapSettings(), Settings()
+SNAP, SURFACE = SnapSettings(), SurfaceOptions()
 DELTA, ROUNDS = (signature(register).parameters[name].default for name in ("delta", "rounds"))
 
 #: What the sketch verbs do without an option: the library's own defaults, as help writes them.

@@ -16,9 +16,9 @@ from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.cycles.closing import list_half_curves
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, rate_badness
-from patterndb_sketch.surfacing.methods import METHODS
+from patterndb_sketch.surfacing.methods import METHODS, SurfaceOptions
 from patterndb_sketch.surfacing.networkfile import parse_drawing
-from patterndb_sketch.surfacing.surfaces import Settings, surface
+from patterndb_sketch.surfacing.surfaces import surface
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 
@@ -77,7 +77,7 @@ def test_degenerate_curves_are_surfaced_or_refused(seed: int, tolerance: float |
             return
         for name in (name for name, one in METHODS.items() if not one.needs_database):
             if found.cycles:
-                made = surface(network, found.cycles, settings=Settings(method=name))
+                made = surface(network, found.cycles, options=SurfaceOptions(method=name))
                 assert np.isfinite(made.points).all()
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing import tessellation
-from patterndb_sketch.surfacing.methods import MOST_GRIDS, make_smooth
+from patterndb_sketch.surfacing.methods import MOST_GRIDS, SurfaceOptions, make_smooth
 from patterndb_sketch.surfacing.parallelograms import (
     FEWEST,
     choose_spans,
@@ -22,7 +22,7 @@ from patterndb_sketch.surfacing.parallelograms import (
     place_inner,
     rank_corners,
 )
-from patterndb_sketch.surfacing.surfaces import Settings, surface_loop
+from patterndb_sketch.surfacing.surfaces import surface_loop
 from tests.support.shared import CHECKOUT
 from tests.support.surfacing.quads import assert_disk_within
 from tests.support.surfacing.tessellation import as_loop
@@ -187,7 +187,7 @@ def test_grids_that_cross_themselves_give_way_to_others_and_then_to_chords(
 
     monkeypatch.setattr(tessellation, "find_self_intersections", find)
     loop = next(cycle for cycle in cycles() if cycle.name == "cup quarter").loop
-    made = make_smooth(loop, Settings("smooth"), 0.3, None)
+    made = make_smooth(loop, SurfaceOptions("smooth"), 0.3, None)
     assert made.method == method
     assert len(calls) == min(crossing + 1, MOST_GRIDS)
     assert ("crosses itself" in made.note) == (method == "chords")
@@ -196,5 +196,5 @@ def test_grids_that_cross_themselves_give_way_to_others_and_then_to_chords(
 def test_a_figure_eight_is_filled_without_crossings_or_says_why_not() -> None:
     angle = 2 * np.pi * np.arange(24) / 24
     points = np.stack([np.sin(angle), np.sin(2 * angle), 0.3 * np.cos(angle)], axis=1)
-    made = surface_loop(as_loop(points), Settings("smooth"), 0.3)
+    made = surface_loop(as_loop(points), SurfaceOptions("smooth"), 0.3)
     assert made.self_intersections == 0 or made.note

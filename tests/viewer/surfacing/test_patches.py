@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import patterndb
 from patterndb_sketch.curvenetwork.network import Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.surfaces import Settings, surface
+from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.surfaces import surface
 from tests.support.viewer.domes import (
     CYCLES,
     Finder,
@@ -37,7 +40,8 @@ def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
         assert state.surfaces.settings.alpha == pytest.approx(share**2, abs=1e-3)
         counts[share] = pieces(state)
         wanted = surface(
-            dome(), settings=state.surfaces.settings, spacing=state.surfaces.made.wish.spacing
+            dome(),
+            options=replace(state.surfaces.settings, spacing=state.surfaces.made.wish.spacing),
         )  # type: ignore[union-attr]
         assert [len(p.faces) for p in wanted.patches] == [
             len(p.faces) for p in state.surfaces.patches
@@ -222,7 +226,7 @@ def test_methods_for_all_and_for_one() -> None:
 
 
 def test_the_price_of_chords_cuts_loops_along_chords() -> None:
-    state = opened(settings=Settings())
+    state = opened(settings=SurfaceOptions())
     try:
         assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
         keys(state, "+")
@@ -233,7 +237,7 @@ def test_the_price_of_chords_cuts_loops_along_chords() -> None:
 
 
 def test_patches_are_faired_and_left_by_themselves() -> None:
-    state = opened(settings=Settings())
+    state = opened(settings=SurfaceOptions())
     try:
         seen: list[np.ndarray] = []
         for key in ("", "f", "f"):
@@ -241,8 +245,8 @@ def test_patches_are_faired_and_left_by_themselves() -> None:
             made = state.surfaces.made
             assert made is not None and made.surfacing is not None
             seen.append(made.surfacing.points)
-            settings = Settings(fair=key == "f" and len(seen) == 2)
-            wanted = surface(dome(), settings=settings, spacing=made.wish.spacing)
+            settings = SurfaceOptions(fair=key == "f" and len(seen) == 2)
+            wanted = surface(dome(), options=replace(settings, spacing=made.wish.spacing))
             assert np.array_equal(made.surfacing.points, wanted.points)
             assert made.surfacing.notes == wanted.notes
         assert not np.array_equal(seen[0], seen[1])
@@ -302,7 +306,7 @@ def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
 
 
 def test_a_body_has_every_face_once() -> None:
-    made = surface(dome(), settings=Settings("chords", alpha=0.05))
+    made = surface(dome(), options=SurfaceOptions("chords", alpha=0.05))
     body = SurfaceBody.of(made, {})
     assert len(body.corners) == len(made.triangles) == len(body.owners) == len(body.tints)
     assert (body.corners == made.points[made.triangles]).all()

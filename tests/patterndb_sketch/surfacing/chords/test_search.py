@@ -18,7 +18,6 @@ from patterndb_sketch.surfacing.chords import (
     find_candidates,
     find_endpoints,
     keep_within_budget,
-    measure_flatness,
     search_cuts,
 )
 from patterndb_sketch.surfacing.sampling import Loop
@@ -122,8 +121,8 @@ def test_the_two_halves_of_a_chord_are_two_sub_problems() -> None:
     points = np.concatenate([flat, wave])
     chord = np.array([[0, 8]])
     halves = parted(tuple(range(16)), chord[0])
-    scores = [measure_flatness(points[list(half)], points) for half in halves]
-    assert scores[0] == 0 and scores[1] > 0.1
+    scores = [spread(points[list(half)]) / spread(points) for half in halves]
+    assert scores[0] == pytest.approx(0.0, abs=CLOSE) and scores[1] > 0.1
     found = search_cuts(points, chord, 0.0)
     assert found.n_subproblems == 3
     assert found.cost == pytest.approx(sum(scores), abs=CLOSE)
@@ -197,10 +196,6 @@ def test_flatness_and_cost_are_invariant_under_similarity(
     moved = (points @ rotation(rng).T + away * rng.normal(size=3)) * 10.0**magnitude
     # Far from the origin, the coordinates themselves have lost digits.
     tolerance = 1e-9 + 1e-13 * away
-    piece = np.sort(rng.permutation(n)[: rng.integers(3, n)])
-    expected = measure_flatness(points[piece], points)
-    assert measure_flatness(moved[piece], moved) == pytest.approx(expected, abs=10 * tolerance)
-    assert expected == pytest.approx(spread(points[piece]) / spread(points), abs=CLOSE)
     before, after = search_cuts(points, chords), search_cuts(moved, chords)
     assert after.cost == pytest.approx(before.cost, abs=10 * tolerance)
     assert after.chosen.tolist() == before.chosen.tolist()
@@ -219,7 +214,6 @@ def test_a_planar_cycle_is_never_cut(
         found = search_cuts(points, chords, alpha, form)
         assert found.cost == 0 and len(found.chosen) == 0
         assert found.pieces[0].tolist() == list(range(n))
-    assert measure_flatness(points[: n - 1], points) == 0
     cut = decompose(Loop(points, np.ones(n, bool), np.arange(n)), alpha, max_subproblems=1)
     assert len(cut.chords) == cut.n_dropped == 0 and not cut.exhausted
 
@@ -227,11 +221,9 @@ def test_a_planar_cycle_is_never_cut(
 def test_the_printed_flatness_is_the_product_of_the_variances() -> None:
     rng = np.random.default_rng(3)
     points, chords = random_loop(rng, 20), random_chords(rng, 20, 7)
-    part = points[3:14]
-    variances = np.linalg.eigvalsh(np.cov(part.T, bias=True))
-    assert measure_flatness(part, points, "printed") == pytest.approx(
-        float(np.prod(variances)), rel=1e-9
-    )
+    variances = np.linalg.eigvalsh(np.cov(points.T, bias=True))
+    whole = search_cuts(points, chords[:0], form="printed")
+    assert whole.cost == pytest.approx(float(np.prod(variances)), rel=1e-9)
     # Its unit is length to the sixth: at unit size nothing is cut, at a hundred times it all is.
     assert len(search_cuts(points, chords, 0.1, "printed").chosen) == 0
     large = search_cuts(100 * points, chords, 0.1, "printed")

@@ -8,7 +8,7 @@ import pytest
 from patterndb_sketch.surfacing import (
     CurveNetwork,
     GrowingSketch,
-    Settings,
+    SurfaceOptions,
     Surfacing,
     find_cycles,
     read_drawing,
@@ -31,7 +31,7 @@ def same(one: Surfacing, other: Surfacing) -> bool:
 
 
 def from_scratch(network: CurveNetwork, spacing: float) -> Surfacing:
-    return surface(network, find_cycles(network).cycles, spacing=spacing)
+    return surface(network, find_cycles(network).cycles, options=SurfaceOptions(spacing=spacing))
 
 
 @pytest.mark.parametrize("path", [TEACUP, *list_graphs("01-2-2")], ids=lambda path: path.stem)
@@ -73,7 +73,7 @@ def test_other_settings_make_other_surfaces() -> None:
     network = read_drawing(TEACUP).network
     growing = GrowingSketch()
     growing.stage(network)
-    growing.settings = Settings("area")
+    growing.options = SurfaceOptions("area")
     made = growing.stage(network).surfacing
     assert made is not None
     assert {patch.method for patch in made.patches} == {"area"}

@@ -14,8 +14,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from patterndb._native.geometry.leastarea import triangulate_cheapest
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
-from patterndb_sketch.surfacing.cycles import bounding, choosing, closing, find_cycles, packing
-from patterndb_sketch.surfacing.cycles.bounding import bound_choices
+from patterndb_sketch.surfacing.cycles import choosing, closing, find_cycles, packing
+from patterndb_sketch.surfacing.cycles.chains import chain_curves, order_chains
 from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     NO_PLANE,
@@ -25,9 +25,9 @@ from patterndb_sketch.surfacing.cycles.closing import (
     group_components,
     list_half_curves,
 )
-from patterndb_sketch.surfacing.cycles.find import order_network
 from patterndb_sketch.surfacing.cycles.found import find_pinches, orient_cycles
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, price_folds, rate_badness
+from patterndb_sketch.surfacing.cycles.packing import CycleProblem, bound_choices
 from tests.support.surfacing.networks import cube, torus
 
 #: Curves, gains, costs, forced, excluded and full, as choose() has them.
@@ -93,7 +93,7 @@ def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
                 continue
             best = max(best, value_of(subset, gains, costs))
     choice = choose_cycles(
-        curves, np.array(gains), costs, forced=forced, excluded=excluded, full=full
+        CycleProblem(curves, gains, costs, forced=forced, excluded=excluded, full=full)
     )
     if best == -math.inf:
         assert choice is None
@@ -109,11 +109,11 @@ def test_a_choice_among_the_likely_is_called_the_best_only_if_it_is(
     case: Packing, prove: bool
 ) -> None:
     curves, gains, costs, forced, excluded, full = case
-    told = {"forced": forced, "excluded": excluded, "full": full}
-    exact = choose_cycles(curves, np.array(gains), costs, **told)
+    problem = CycleProblem(curves, gains, costs, forced=forced, excluded=excluded, full=full)
+    exact = choose_cycles(problem)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(packing, "LEAST_LIKELY", 1)
-        choice = choose_cycles(curves, np.array(gains), costs, **told, prove=prove)
+        choice = choose_cycles(problem, prove=prove)
     assert_allowed(choice, exact, case)
 
 
@@ -123,8 +123,9 @@ def test_no_choice_is_worth_more_than_its_bounds(case: Packing, sweeps: int, spa
     curves, gains, costs, _, _, full = case
     room = dict.fromkeys(range(6), 2) | {1: max(spare, 1)}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bounding, "SWEEPS", sweeps)
-        bounds = bound_choices(curves, gains, costs, room, range(len(curves)), full)
+        patch.setattr(packing, "SWEEPS", sweeps)
+        problem = CycleProblem(curves, gains, costs, room, full=full)
+        bounds = bound_choices(problem, range(len(curves)))
     assert bounds is not None
     for size in range(len(curves) + 1):
         for subset in itertools.combinations(range(len(curves)), size):
@@ -142,16 +143,18 @@ def test_bounds_of_a_path_of_candidates_are_exact() -> None:
     # Of a tree the dual has no gap: the best choice and its bound are the same.
     curves = [[0, 1], [1, 2], [2, 3], [1, 3]]
     gains = [3.0, 5.0, 3.0, 1.0]
-    bounds = bound_choices(curves, gains, {(0, 1): math.inf}, dict.fromkeys(range(4), 1), range(3))
+    room = dict.fromkeys(range(4), 1)
+    bounds = bound_choices(CycleProblem(curves, gains, {(0, 1): math.inf}, room), range(3))
     assert bounds is not None and bounds.best == pytest.approx(6.0)
     assert 5.0 <= bounds.most[1] < 6.0, "the one between is not of the best choice"
     assert bounds.most[3] == -math.inf, "it was not asked for"
 
 
 def test_tables_too_large_are_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounding, "MOST_PAIRS", 3)
-    assert bound_choices([[0], [0]], [1.0, 1.0], {}, {0: 2}, [0, 1]) is None
-    choice = choose_cycles([[0], [0]], np.array([1.0, 2.0]), {})
+    monkeypatch.setattr(packing, "MOST_PAIRS", 3)
+    problem = CycleProblem([[0], [0]], [1.0, 2.0])
+    assert bound_choices(problem, [0, 1]) is None
+    choice = choose_cycles(problem)
     assert choice is not None and choice.chosen == (0, 1)
 
 
@@ -161,18 +164,18 @@ def test_a_choice_by_windows_keeps_to_the_rules_and_is_proven_only_if_it_is_the_
     case: Packing,
 ) -> None:
     curves, gains, costs, forced, excluded, _ = case
-    exact = choose_cycles(curves, np.array(gains), costs, forced=forced, excluded=excluded)
+    problem = CycleProblem(curves, gains, costs, forced=forced, excluded=excluded)
+    exact = choose_cycles(problem)
     with pytest.MonkeyPatch.context() as patch:
         for name, size in (("MOST_AT_ONCE", 0), ("WINDOW", 3), ("CORE", 2)):
             patch.setattr(choosing, name, size)
-        choice = choose_cycles(curves, np.array(gains), costs, forced=forced, excluded=excluded)
+        choice = choose_cycles(problem)
     assert_allowed(choice, exact, case)
 
 
 @pytest.mark.parametrize("effort", [0.0, 1e-9])
 def test_a_solver_out_of_time_leaves_a_greedy_choice(effort: float) -> None:
-    gains = np.array([1.0, 2.0, 3.0])
-    choice = choose_cycles([[0], [0], [0]], gains, {}, effort=effort)
+    choice = choose_cycles(CycleProblem([[0], [0], [0]], [1.0, 2.0, 3.0]), effort)
     assert choice is not None and choice.chosen == (1, 2)
 
 
@@ -218,8 +221,8 @@ def test_ways_beyond_the_near_nodes_are_bounded_from_below(n: int, m: int) -> No
 
 
 def test_a_choice_below_what_it_should_be_worth_is_none() -> None:
-    assert choose_cycles([[0], [0]], np.array([1.0, 2.0]), {}, least=3.1) is None
-    choice = choose_cycles([[0], [0]], np.array([1.0, 2.0]), {}, least=2.9)
+    assert choose_cycles(CycleProblem([[0], [0]], [1.0, 2.0], least=3.1)) is None
+    choice = choose_cycles(CycleProblem([[0], [0]], [1.0, 2.0], least=2.9))
     assert choice is not None and choice.chosen == (0, 1)
 
 
@@ -379,8 +382,9 @@ def test_cycles_on_each_other_fold_and_cycles_beside_each_other_do_not() -> None
 
 def test_curves_in_their_own_order_lead_back() -> None:
     network = torus(5, 4)
-    own = order_network(network)
-    assert sorted(own.curves) == list(range(len(network.curves)))
+    own = order_chains(chain_curves(network, np.zeros(len(network.curves), bool)))
+    steps = [step for chain in own.chains for step in chain]
+    assert sorted(curve for curve, _ in steps) == list(range(len(network.curves)))
     for cycle in network.cycles:
         assert own.there(own.here(cycle)) == cycle
         own.network.walk(own.here(cycle))

@@ -24,8 +24,13 @@ from patterndb_sketch.surfacing.tessellation import (
     minimal_area,
     tessellate,
 )
-from patterndb_sketch.surfacing.tessellation.piece import find_area_vector, project_piece
-from patterndb_sketch.surfacing.tessellation.planar import GRID, fill_polygon, triangulate_polygon
+from patterndb_sketch.surfacing.tessellation.piece import (
+    GRID,
+    fill_polygon,
+    find_area_vector,
+    project_piece,
+    triangulate_polygon,
+)
 from tests.support.surfacing.tessellation import check_disk, turned, wobbly
 
 

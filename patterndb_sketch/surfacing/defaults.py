@@ -1,0 +1,22 @@
+"""Defaults of how loops are cut along chords; nothing is imported for them but numbers."""
+
+from __future__ import annotations
+
+import math
+
+#: How much a cut weighs against the flatness it gains (Abbasinejad et al. 2013, section 3.2: 0.1
+#: for all models but the front of the roadster, 0.6).
+ALPHA = 0.1
+
+#: A chord may add this much area, as a share of the loop's least, for each unit of box that it
+#: takes away. Chosen with the shapes of benchmarks/surfacing in view: 0.3 to 0.4 serve them alike,
+#: below 0.294 their gable roof loses its ridge.
+AREA_PRICE = 1.0 / 3.0
+
+#: A smooth stretch that turns by more than this gets an end inside, in radians: 45 degrees. The
+#: paper bounds the turning without saying by what. The bend of an eighth of a circle rises 1/10
+#: of its chord above it, little enough for one nearly flat piece.
+TURNING_BOUND = math.radians(45)
+
+#: The most sub-problems solved for one cycle: some 0.1 s. The paper's largest has 12,319.
+MAX_SUBPROBLEMS = 200_000
