@@ -1,4 +1,4 @@
-# Bound by rust/python/src/core/code.rs.
+# Bound by rust/python/src/core.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/core/polychord.rs.
+# Bound by rust/python/src/core.rs.
 from patterndb.core.halfedge import Int32Array
 
 def trace(twin: Int32Array) -> tuple[Int32Array, int, int]:

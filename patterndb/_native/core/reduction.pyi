@@ -1,4 +1,4 @@
-# Bound by rust/python/src/core/reduction.rs.
+# Bound by rust/python/src/core.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.reduction import ReductionWork
 

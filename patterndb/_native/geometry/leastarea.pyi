@@ -1,4 +1,4 @@
-# Bound by rust/python/src/geometry/leastarea.rs.
+# Bound by rust/python/src/geometry.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/geometry/neighbours.rs.
+# Bound by rust/python/src/geometry.rs.
 from patterndb.core.halfedge import Int32Array
 
 def join(

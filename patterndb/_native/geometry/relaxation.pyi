@@ -1,4 +1,4 @@
-# Bound by rust/python/src/geometry/relaxation.rs.
+# Bound by rust/python/src/geometry.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/geometry/tree.rs.
+# Bound by rust/python/src/geometry.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 

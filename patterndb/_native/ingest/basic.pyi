@@ -1,4 +1,4 @@
-# Bound by rust/python/src/ingest/basic.rs.
+# Bound by rust/python/src/ingest.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/ingest/census.rs.
+# Bound by rust/python/src/ingest.rs.
 from ingest.census import Bench, KernelMesh, UInt64Array
 from patterndb.core.halfedge import Int32Array
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/ingest/hashing.rs.
+# Bound by rust/python/src/ingest.rs.
 import numpy as np
 from numpy.typing import NDArray
 

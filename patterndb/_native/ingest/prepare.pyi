@@ -1,4 +1,4 @@
-# Bound by rust/python/src/ingest/prepare.rs.
+# Bound by rust/python/src/ingest.rs.
 import numpy as np
 from numpy.typing import NDArray
 

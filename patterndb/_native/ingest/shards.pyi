@@ -1,4 +1,4 @@
-# Bound by rust/python/src/ingest/shards.rs.
+# Bound by rust/python/src/ingest.rs.
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/expand.rs.
+# Bound by rust/python/src/query.rs.
 from patterndb.core.halfedge import Int32Array
 
 def expand_quads(

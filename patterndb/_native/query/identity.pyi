@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/identity.rs.
+# Bound by rust/python/src/query.rs.
 from patterndb.core.halfedge import Int32Array
 
 def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int32Array, int]:

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/recognise.rs.
+# Bound by rust/python/src/query.rs.
 from patterndb.core.halfedge import Int32Array
 
 def lengths(twin: Int32Array, head: Int32Array) -> Int32Array:

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/viewer/skin.rs.
+# Bound by rust/python/src/viewer.rs.
 import numpy as np
 from numpy.typing import NDArray
 

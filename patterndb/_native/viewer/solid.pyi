@@ -1,4 +1,4 @@
-# Bound by rust/python/src/viewer/solid.rs.
+# Bound by rust/python/src/viewer.rs.
 from patterndb.geometry.points import Points
 from viewer.solid import Grid
 

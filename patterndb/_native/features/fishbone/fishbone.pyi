@@ -1,4 +1,4 @@
-# Bound by rust/python/src/features/fishbone/fishbone.rs.
+# Bound by rust/python/src/features.rs.
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/features/fishbone/terms.rs.
+# Bound by rust/python/src/features.rs.
 import numpy as np
 from numpy.typing import NDArray
 

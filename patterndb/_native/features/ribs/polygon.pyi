@@ -1,4 +1,4 @@
-# Bound by rust/python/src/features/ribs/polygon.rs.
+# Bound by rust/python/src/features.rs.
 from patterndb.geometry.points import Points
 
 def sample_polygon(points: Points, closed: bool, count: int) -> tuple[Points, Points, int]:

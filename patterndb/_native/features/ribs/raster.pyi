@@ -1,4 +1,4 @@
-# Bound by rust/python/src/features/ribs/raster.rs.
+# Bound by rust/python/src/features.rs.
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.ribs.raster import Picture

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/features/splines/fit.rs.
+# Bound by rust/python/src/features.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points
 

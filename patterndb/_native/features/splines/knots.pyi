@@ -1,4 +1,4 @@
-# Bound by rust/python/src/features/splines/knots.rs.
+# Bound by rust/python/src/features.rs.
 from patterndb.geometry.points import Floats
 
 def count_determined(parameters: Floats, knots: Floats, degree: int) -> int:

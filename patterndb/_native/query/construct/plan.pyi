@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/construct/plan.rs.
+# Bound by rust/python/src/query.rs.
 from patterndb.core.halfedge import Int32Array
 
 def split_loop(

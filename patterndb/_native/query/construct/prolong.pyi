@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/construct/prolong.rs.
+# Bound by rust/python/src/query.rs.
 import numpy as np
 from numpy.typing import NDArray
 

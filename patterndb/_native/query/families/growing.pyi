@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/families/growing.rs.
+# Bound by rust/python/src/query.rs.
 import numpy as np
 from numpy.typing import NDArray
 

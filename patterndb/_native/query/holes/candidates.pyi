@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/holes/candidates.rs.
+# Bound by rust/python/src/query/holes.rs.
 from patterndb.core.halfedge import Int32Array
 
 def turn_quads(quads: Int32Array, first: int, n: int) -> tuple[Int32Array, Int32Array]:

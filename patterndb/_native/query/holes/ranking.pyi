@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/holes/ranking.rs.
+# Bound by rust/python/src/query/holes.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/holes/rings.rs.
+# Bound by rust/python/src/query/holes.rs.
 from patterndb.core.halfedge import Int32Array
 
 def pave(corners: Int32Array, rings: int) -> tuple[Int32Array, Int32Array, Int32Array, int]:

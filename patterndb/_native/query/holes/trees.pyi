@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/holes/trees.rs.
+# Bound by rust/python/src/query/holes.rs.
 import numpy as np
 from numpy.typing import NDArray
 

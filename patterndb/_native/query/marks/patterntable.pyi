@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/marks/patterntable.rs.
+# Bound by rust/python/src/query/solving.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/placing/flow.rs.
+# Bound by rust/python/src/query/placing.rs.
 from patterndb.geometry.points import Points
 
 def measure_open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:

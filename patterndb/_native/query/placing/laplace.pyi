@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/placing/laplace.rs.
+# Bound by rust/python/src/query/placing.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/placing/region.rs.
+# Bound by rust/python/src/query/placing.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/placing/strands.rs.
+# Bound by rust/python/src/query/placing.rs.
 from patterndb.core.halfedge import Int32Array
 
 def walk(twin: Int32Array, first: int) -> Int32Array:

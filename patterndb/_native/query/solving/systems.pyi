@@ -1,4 +1,4 @@
-# Bound by rust/python/src/query/solving/systems.rs.
+# Bound by rust/python/src/query/solving.rs.
 from typing import Any
 
 import numpy as np

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/counts/evening.rs.
+# Bound by rust/python/src/retopo.rs.
 from patterndb.core.halfedge import Int32Array
 
 def tie_sides(

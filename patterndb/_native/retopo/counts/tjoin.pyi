@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/counts/tjoin.rs.
+# Bound by rust/python/src/retopo.rs.
 from patterndb.core.halfedge import Int32Array, Int64Array
 
 def match(weights: Int64Array) -> Int32Array:

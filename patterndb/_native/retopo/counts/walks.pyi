@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/counts/walks.rs.
+# Bound by rust/python/src/retopo.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.counts.walks import WalkGraph
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/draft/crossfield.rs.
+# Bound by rust/python/src/retopo.rs.
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from patterndb_sketch.retopo.draft.crossfield import Complexes

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/filling/edgecounts.rs.
+# Bound by rust/python/src/retopo.rs.
 from patterndb.geometry.points import Points
 
 def count_bend_edges(line: Points, closed: bool, steps: int, edge: float) -> float:

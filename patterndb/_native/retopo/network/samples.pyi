@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/network/samples.rs.
+# Bound by rust/python/src/retopo.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/retopo/tracing/geodesic.rs.
+# Bound by rust/python/src/retopo.rs.
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Floats, Points
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/surfacing/chords/subcycles.rs.
+# Bound by rust/python/src/surfacing.rs.
 from patterndb.core.halfedge import Int64Array
 
 def counted(n: int, chords: Int64Array) -> int:

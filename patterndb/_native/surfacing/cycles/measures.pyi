@@ -1,4 +1,4 @@
-# Bound by rust/python/src/surfacing/cycles/measures.rs.
+# Bound by rust/python/src/surfacing.rs.
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/surfacing/tessellation/piece.rs.
+# Bound by rust/python/src/surfacing.rs.
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,4 +1,4 @@
-# Bound by rust/python/src/surfacing/tessellation/planar.rs.
+# Bound by rust/python/src/surfacing.rs.
 from patterndb.core.halfedge import Int64Array
 
 def doubled_area(at: Int64Array) -> float:
