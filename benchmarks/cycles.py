@@ -46,14 +46,14 @@ import numpy as np
 from ortools.sat.python import cp_model
 
 from ingest.formats import read_mesh
-from patterndb_sketch.curvenetwork.network import Cycle
-from patterndb_sketch.surfacing import CurveNetwork, read_network, read_recorded_patches
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
     find_dangling,
     list_half_curves,
 )
+from patterndb_sketch.surfacing.networkfile import read_network, read_recorded_patches
 
 #: Closings per pair of curves for the bound: more find next to no further patch.
 BOUND_CLOSINGS = 20

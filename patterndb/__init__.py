@@ -38,6 +38,14 @@ if TYPE_CHECKING:
     from ingest.pipeline import IngestReport, MeshReport
     from patterndb.core.pattern import Pattern
     from patterndb.core.polygonmesh import PolygonMesh
+    from patterndb.errors import (
+        DatabaseError,
+        InvalidBoundaryError,
+        InvalidMeshError,
+        MeshFileError,
+        NotFoundError,
+        UnsupportedFormatError,
+    )
     from patterndb.geometry.surface import Surface, SurfacePoints
     from patterndb.notebook import Sheet
     from patterndb.store import Database, DatabaseUnion, LearningOptions, Provenance
@@ -45,9 +53,10 @@ if TYPE_CHECKING:
     from patterndb_app.client.remote import connect
     from patterndb_sketch.curvenetwork.network import CurveNetwork
     from patterndb_sketch.retopo.editor import Retopology
-    from patterndb_sketch.surfacing import read_network
+    from patterndb_sketch.surfacing.networkfile import read_network
     from query.boundary import Boundary
     from query.boundaryfile import read_boundary
+    from query.errors import InvalidQueryError
     from query.fill import Fill
     from query.holes import Hole, HoleFill, HoleFills, HoleOptions, weld_fills
     from query.listing.fills import Fills
@@ -62,6 +71,7 @@ __all__ = [
     "Boundary",
     "CurveNetwork",
     "Database",
+    "DatabaseError",
     "DatabaseUnion",
     "Fill",
     "FillRequest",
@@ -71,8 +81,13 @@ __all__ = [
     "HoleFills",
     "HoleOptions",
     "IngestReport",
+    "InvalidBoundaryError",
+    "InvalidMeshError",
+    "InvalidQueryError",
     "LearningOptions",
+    "MeshFileError",
     "MeshReport",
+    "NotFoundError",
     "Pattern",
     "PatternDBError",
     "Placement",
@@ -84,6 +99,7 @@ __all__ = [
     "Stroke",
     "Surface",
     "SurfacePoints",
+    "UnsupportedFormatError",
     "connect",
     "enclose_region",
     "open",
@@ -98,6 +114,7 @@ _HOMES = {
     "Boundary": "query",
     "CurveNetwork": "patterndb_sketch.curvenetwork.network",
     "Database": "patterndb.store",
+    "DatabaseError": "patterndb.errors",
     "DatabaseUnion": "patterndb.store",
     "Fill": "query",
     "FillRequest": "query.request",
@@ -107,8 +124,13 @@ _HOMES = {
     "HoleFills": "query.holes",
     "HoleOptions": "query.holes",
     "IngestReport": "ingest.pipeline",
+    "InvalidBoundaryError": "patterndb.errors",
+    "InvalidMeshError": "patterndb.errors",
+    "InvalidQueryError": "query.errors",
     "LearningOptions": "patterndb.store",
+    "MeshFileError": "patterndb.errors",
     "MeshReport": "ingest.pipeline",
+    "NotFoundError": "patterndb.errors",
     "Pattern": "patterndb.core.pattern",
     "Placement": "query.placing",
     "PolygonMesh": "patterndb.core.polygonmesh",
@@ -119,10 +141,11 @@ _HOMES = {
     "Stroke": "query",
     "Surface": "patterndb.geometry.surface",
     "SurfacePoints": "patterndb.geometry.surface",
+    "UnsupportedFormatError": "patterndb.errors",
     "connect": "patterndb_app.client.remote",
     "enclose_region": "query.placing",
     "read_boundary": "query.boundaryfile",
-    "read_network": "patterndb_sketch.surfacing",
+    "read_network": "patterndb_sketch.surfacing.networkfile",
     "weld_fills": "query.holes",
 }
 

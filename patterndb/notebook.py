@@ -65,7 +65,7 @@ def draw_sheet(items: Iterable[Pattern | Fill], suffix: Suffix, title: str = "")
 
 
 def _card_of(item: Pattern | Fill, rank: int | None = None) -> Any:
-    from viewer import Card
+    from viewer.card import Card
 
     if isinstance(item, Pattern):
         return Card.of_pattern(item, rank)

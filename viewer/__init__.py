@@ -22,41 +22,26 @@ from typing import TYPE_CHECKING
 from patterndb.system.lazy import lazy_exports
 
 if TYPE_CHECKING:
-    from patterndb.geometry.embedding import embed_disk, find_flipped_quads
     from viewer.browser import browse
-    from viewer.browser_state import BrowserSource, BrowserState
-    from viewer.card import Card
-    from viewer.fillcard import make_fill_card
     from viewer.gallery import save_gallery
     from viewer.paper import PictureFormatError, save_picture
     from viewer.shell.probe import DisplayError
 
 __all__ = [
-    "BrowserSource",
-    "BrowserState",
-    "Card",
     "DisplayError",
     "PictureFormatError",
     "browse",
-    "embed_disk",
-    "find_flipped_quads",
-    "make_fill_card",
     "save_gallery",
     "save_picture",
 ]
 
-_HOME = {
-    "BrowserSource": "viewer.browser_state",
-    "BrowserState": "viewer.browser_state",
-    "Card": "viewer.card",
+#: The module that defines each public name.
+_HOMES = {
     "DisplayError": "viewer.shell.probe",
     "PictureFormatError": "viewer.paper",
     "browse": "viewer.browser",
-    "embed_disk": "patterndb.geometry.embedding",
-    "find_flipped_quads": "patterndb.geometry.embedding",
-    "make_fill_card": "viewer.fillcard",
     "save_gallery": "viewer.gallery",
     "save_picture": "viewer.paper",
 }
 
-__getattr__, __dir__ = lazy_exports(__name__, _HOME)
+__getattr__, __dir__ = lazy_exports(__name__, _HOMES)

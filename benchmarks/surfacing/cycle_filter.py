@@ -18,16 +18,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.curvenetwork.polylines import measure_angles
-from patterndb_sketch.surfacing import (
-    CurveNetwork,
-    Cycle,
-    find_cycles,
-    read_network,
-    read_recorded_patches,
-)
+from patterndb_sketch.surfacing import find_cycles
 from patterndb_sketch.surfacing.cycles.closing import find_dangling, list_half_curves
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, rate_badness
+from patterndb_sketch.surfacing.networkfile import read_network, read_recorded_patches
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cycles import Strokes, patches_of, strokes_of

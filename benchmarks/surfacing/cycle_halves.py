@@ -20,9 +20,10 @@ from unittest.mock import patch
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.surfacing import CurveNetwork, read_network, read_recorded_patches
+from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.cycles import find as finding
 from patterndb_sketch.surfacing.cycles import find_cycles, measures
+from patterndb_sketch.surfacing.networkfile import read_network, read_recorded_patches
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cycles import Strokes, patches_of, strokes_of

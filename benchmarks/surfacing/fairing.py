@@ -27,8 +27,8 @@ from surface_distance import distance
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.curvenetwork.network import Curve
-from patterndb_sketch.surfacing import CurveNetwork, Cycle, SurfaceOptions, surface
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.surfacing import SurfaceOptions, surface
 from query.placing import Surface
 
 SIZES = (8, 16)

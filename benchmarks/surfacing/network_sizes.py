@@ -19,7 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from patterndb_sketch.surfacing import CurveNetwork, find_cycles
+from patterndb_sketch.curvenetwork.network import CurveNetwork
+from patterndb_sketch.surfacing import find_cycles
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from cycles import faces_network

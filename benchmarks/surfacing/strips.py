@@ -17,7 +17,8 @@ from surface_distance import distance
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.joining import network_of_polylines
-from patterndb_sketch.surfacing import CurveNetwork, SurfaceOptions, find_cycles, surface
+from patterndb_sketch.curvenetwork.network import CurveNetwork
+from patterndb_sketch.surfacing import SurfaceOptions, find_cycles, surface
 from patterndb_sketch.surfacing.methods import METHODS
 from query.placing import Surface
 

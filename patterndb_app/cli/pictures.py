@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from patterndb.core.pattern import Pattern
     from patterndb.store import Database
     from query import Boundary, Stroke
-    from viewer import Card
+    from viewer.card import Card
     from viewer.gallery import GallerySheet
 
 PICTURE = picture_path(".png", ".svg")
@@ -101,7 +101,9 @@ def show(
     if widths is not None and pattern is None:
         raise click.UsageError("--widths goes with a pattern's name; a fill has its own")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from viewer import Card, make_fill_card, save_picture
+    from viewer import save_picture
+    from viewer.card import Card
+    from viewer.fillcard import make_fill_card
 
     with limit_command(time_limit), open_database(db) as database:
         if pattern is not None:
@@ -200,7 +202,7 @@ def gallery(
     if request.convex and sides is not None:
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from viewer import Card
+    from viewer.card import Card
     from viewer.gallery import GallerySheet
 
     with limit_command(time_limit), open_database(db) as database:
@@ -323,8 +325,8 @@ def make_listed_card(
     one: ListedFill, boundary: Boundary, strokes: Sequence[Stroke] = (), *, tolerance: int = 0
 ) -> Card:
     """The card of a fill of a list, the strokes that were asked for marked."""
-    from viewer import make_fill_card
     from viewer.card import format_valences
+    from viewer.fillcard import make_fill_card
 
     fill = one.fill
     facts = [

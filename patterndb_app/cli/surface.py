@@ -33,17 +33,11 @@ from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe
 
 if TYPE_CHECKING:
     from patterndb.geometry.points import Points
+    from patterndb_sketch.curvenetwork.drawing import Drawing
+    from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
     from patterndb_sketch.retopo.symmetry.half import Plane
-    from patterndb_sketch.surfacing import (
-        CurveNetwork,
-        Cycle,
-        Drawing,
-        FoundCycles,
-        Openings,
-        SurfaceOptions,
-        SurfacePatch,
-        Surfacing,
-    )
+    from patterndb_sketch.surfacing import FoundCycles, SurfaceOptions, SurfacePatch, Surfacing
+    from patterndb_sketch.surfacing.openings import Openings
 
 #: The plane of --mirror where none is given.
 FOUND = "found"
@@ -459,7 +453,7 @@ def _look(
     """Draw the surface, or open its window; named: the cycles to ban and to keep. open_file: reads
     other networks in the window; None for no window. up: what is upright."""
     from patterndb_app.cli.obj import write_surface
-    from patterndb_sketch.surfacing import named_cycle
+    from patterndb_sketch.curvenetwork.naming import named_cycle
     from viewer.surfacing import SurfacingState, draw, look_from, show
 
     toward, upright = look_from(up)
@@ -509,7 +503,8 @@ def _cycles(
     keep: tuple[tuple[str, ...], ...],
 ) -> tuple[tuple[Cycle, ...], FoundCycles | None]:
     """The cycles to surface, and how they were found if the file does not give them."""
-    from patterndb_sketch.surfacing import find_cycles, named_cycle
+    from patterndb_sketch.curvenetwork.naming import named_cycle
+    from patterndb_sketch.surfacing import find_cycles
 
     banned = [named_cycle(network, names) for names in ban]
     kept = [named_cycle(network, names) for names in keep]

@@ -12,7 +12,52 @@ of them on a :mod:`.state`. :mod:`.script`,
 it from quads.
 """
 
-from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.sizes import Sizes
+from __future__ import annotations
 
-__all__ = ["InvalidRetopoError", "RefusedError", "Sizes"]
+from typing import TYPE_CHECKING
+
+from patterndb.system.lazy import lazy_exports
+
+if TYPE_CHECKING:
+    from patterndb_sketch.retopo.editor import Call, Outcome
+    from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+    from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
+    from patterndb_sketch.retopo.filling.report import Report, report_mesh
+    from patterndb_sketch.retopo.quadimport import QuadImport, import_quads
+    from patterndb_sketch.retopo.script import play_script, read_script
+    from patterndb_sketch.retopo.sizes import Sizes
+
+__all__ = [
+    "Call",
+    "FilledNetwork",
+    "InvalidRetopoError",
+    "Outcome",
+    "QuadImport",
+    "RefusedError",
+    "Report",
+    "RetopoMesh",
+    "Sizes",
+    "import_quads",
+    "play_script",
+    "read_script",
+    "report_mesh",
+]
+
+#: The module that defines each public name.
+_HOMES = {
+    "Call": "patterndb_sketch.retopo.editor",
+    "FilledNetwork": "patterndb_sketch.retopo.filling",
+    "InvalidRetopoError": "patterndb_sketch.retopo.errors",
+    "Outcome": "patterndb_sketch.retopo.editor",
+    "QuadImport": "patterndb_sketch.retopo.quadimport",
+    "RefusedError": "patterndb_sketch.retopo.errors",
+    "Report": "patterndb_sketch.retopo.filling.report",
+    "RetopoMesh": "patterndb_sketch.retopo.filling",
+    "Sizes": "patterndb_sketch.retopo.sizes",
+    "import_quads": "patterndb_sketch.retopo.quadimport",
+    "play_script": "patterndb_sketch.retopo.script",
+    "read_script": "patterndb_sketch.retopo.script",
+    "report_mesh": "patterndb_sketch.retopo.filling.report",
+}
+
+__getattr__, __dir__ = lazy_exports(__name__, _HOMES)

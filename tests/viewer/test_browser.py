@@ -15,10 +15,10 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.errors import InvalidBoundaryError, NotFoundError
 from tests.support.viewer.disks import ALL, expand, pattern
 from tests.support.viewer.sayings import read_sheet
-from viewer import BrowserState, PictureFormatError, browse
+from viewer import PictureFormatError, browse
 from viewer.browser_commands import KEYS
 from viewer.browser_picture import compose_browser, describe_browser
-from viewer.browser_state import MAX_WIDTH, PER_PAGE
+from viewer.browser_state import MAX_WIDTH, PER_PAGE, BrowserState
 from viewer.facts import FactSheet
 from viewer.keymap import Effect
 

@@ -10,9 +10,8 @@ from PySide6.QtWidgets import QCheckBox
 from tests.support.viewer.disks import expand
 from tests.support.viewer.events import Events, check_actions
 from tests.viewer.test_browser import SOURCE
-from viewer import BrowserState
 from viewer.browser import BrowserSaver
-from viewer.browser_state import PER_PAGE
+from viewer.browser_state import PER_PAGE, BrowserState
 from viewer.browser_window import BrowserWindow
 from viewer.shell.application import is_dark, start_application, use_theme
 from viewer.shell.settings import ShellSettings

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from tests.support.viewer.disks import ALL, disk, pattern, refined
-from viewer import Card, PictureFormatError, save_gallery, save_picture
+from viewer import PictureFormatError, save_gallery, save_picture
+from viewer.card import Card
 from viewer.gallery import MOST_PER_PAGE, Grid
 
 SVG = "{http://www.w3.org/2000/svg}"

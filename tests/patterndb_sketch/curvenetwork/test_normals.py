@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
-from patterndb_sketch.surfacing import Surfacing, find_cycles, read_network, surface, write_network
+from patterndb_sketch.surfacing import Surfacing, find_cycles, surface, write_network
+from patterndb_sketch.surfacing.networkfile import read_network
 
 
 def octant(n: int, tilt: float = 0.0, sense: float = 1.0) -> dict[str, object]:

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
-from patterndb_sketch.surfacing import find_cycles, find_openings, read_network
+from patterndb_sketch.surfacing import find_cycles, find_openings
+from patterndb_sketch.surfacing.networkfile import read_network
 from patterndb_sketch.surfacing.openings import Openings
 from tests.support.surfacing.networkfiles import list_graphs
 from tests.support.surfacing.networks import cube, faces_network, torus

@@ -10,12 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import query
+from patterndb.geometry.embedding import find_flipped_quads
 from query import Boundary, Fill, Stroke
 from query.boundary import CornerKind
 from query.placing import find_loops, find_strand
 from tests.support.viewer.domed import SOURCE
-from viewer import find_flipped_quads, make_fill_card, save_gallery, style
+from viewer import save_gallery, style
 from viewer.drawing import draw_disk
+from viewer.fillcard import make_fill_card
 
 KINDS: tuple[CornerKind, ...] = ("convex", "convex", "convex", "reflex", "convex", "convex")
 
