@@ -54,7 +54,8 @@ class QueryVerbs:
 
     def best(self, boundary: Boundary | Iterable[int], **options: Any) -> Fill | None:
         """Return the first of :meth:`fills`, or None."""
-        return next(self.fills(boundary, **{"limit": 1, **options}), None)
+        asked: dict[str, Any] = {"limit": 1, **options}
+        return next(self.fills(boundary, **asked), None)
 
 
 class DatabaseVerbs(QueryVerbs):

@@ -10,6 +10,8 @@ from typing import Any
 from build_docs_markdown import NOTICE, anchors, fence, prose, tidy
 from build_docs_signatures import one_line, returned, signature
 
+from patterndb.system.requests import Request, list_options
+
 #: The modules of the API page, all of whose public names it documents.
 MODULES = (
     "patterndb",
@@ -18,6 +20,21 @@ MODULES = (
     "patterndb_sketch.retopo",
     "viewer",
 )
+
+
+def list_members(thing: type) -> list[tuple[str, Any]]:
+    """Return what a class defines, and the verbs that it has from patterndb.verbs."""
+    verbs = [base for base in thing.__mro__ if base.__module__ == "patterndb.verbs"]
+    return [member for one in (thing, *verbs) for member in vars(one).items()]
+
+
+def describe_options(request: type[Request]) -> list[str]:
+    """Return a table of the options of a request."""
+    rows = [
+        f"| `{name}` | `{one.default!r}` | {one.text.help} |".replace("\n", " ")
+        for name, one in list_options(request).items()
+    ]
+    return ["| option | default | |", "| --- | --- | --- |", *rows, ""]
 
 
 def api_page() -> str:
@@ -65,7 +82,9 @@ def describe(name: str, thing: Any) -> list[str]:
         if not issubclass(thing, Exception):
             head = "class " + signature(name, thing.__init__, drop_first=True)
     lines = [*fence("python", head), *prose(thing.__doc__, [*made_of, *vars(thing)])]
-    for member, value in vars(thing).items():
+    if issubclass(thing, Request):
+        lines += describe_options(thing)
+    for member, value in list_members(thing):
         if member.startswith("_"):
             continue
         if isinstance(value, property):

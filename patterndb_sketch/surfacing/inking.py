@@ -96,9 +96,12 @@ def find_snaps(ink: InkedStroke, reach: float) -> list[Points]:
     """Find where the ends of a stroke would be moved to, (3,) each; none for an end without a
     curve of its patch within a reach."""
     found: list[Points] = []
-    for end in (0, -1) if ink.parts and ink.surfacing is not None else ():
-        patch = ink.surfacing.cycles[int(ink.owners[end][end])]
-        around = [ink.surfacing.network.curves[curve].points for curve in patch.curves]
+    surfacing = ink.surfacing
+    if not ink.parts or surfacing is None:
+        return found
+    for end in (0, -1):
+        patch = surfacing.cycles[int(ink.owners[end][end])]
+        around = [surfacing.network.curves[curve].points for curve in patch.curves]
         with suppress(InvalidNetworkError):
             found.append(_foot(around, ink.parts[end][end], reach))
     return found

@@ -11,7 +11,7 @@ use std::ops::Range;
 use patterndb_geometry::vector::max;
 
 /// What lacks at a curve that must be bounded twice: more than any gain, and a number that can be
-/// shared out (LACKING in patterndb_sketch.surfacing.cycles.bounding).
+/// shared out (LACKING in patterndb_sketch.surfacing.cycles.packing).
 const LACKING: f64 = 1e5;
 
 /// Which candidates are at which curves. An entry is a candidate and one of its curves.
