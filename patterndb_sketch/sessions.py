@@ -102,7 +102,10 @@ class SessionFormat(Generic[Work, Content]):
             return self._decode(read_limited(path, MAX_BYTES, self.error, "split the surface"))
 
     def _decode(self, data: bytes) -> tuple[Work, str]:
-        document = parse_json(data, self.error, f"a session of {self.kind}")
+        try:
+            document = parse_json(data, self.error, f"a session of {self.kind}")
+        except self.error as reason:
+            raise self.error(f"this is not a session of {self.kind}: {reason}") from None
         if not document.is_object or "kind" not in document.entries():
             document.fail(f'this is not a session of {self.kind}, which has "kind" and "version"')
         found = document.read(Envelope)

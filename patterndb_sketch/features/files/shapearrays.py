@@ -145,6 +145,9 @@ def _read_arrays(data: bytes) -> dict[str, Any]:
     except _UNREADABLE as reason:
         raise InvalidFeatureError(f"this is not a shape model (.npz): {reason}") from None
     for name, (kind, axes) in ARRAYS.items():
+        # A member that is no .npy file comes as its bytes.
+        if not isinstance(arrays[name], np.ndarray):
+            raise InvalidFeatureError(f"the shape model's {name} is not an array")
         if arrays[name].dtype.str != kind or arrays[name].ndim != axes:
             raise InvalidFeatureError(
                 f"the shape model's {name} must be {kind} with {axes} axes, got "

@@ -164,7 +164,7 @@ def test_an_unforeseen_error_is_one_line(learned: Path, monkeypatch: pytest.Monk
     result = run("stats", "--db", learned)
     assert (result.code, result.out) == (3, "")
     (line,) = result.err.splitlines()
-    assert "ValueError: the sky is green (test_cli_text.py:" in line
+    assert "ValueError: the sky is green (test_text.py:" in line
     assert "patterndb verify" in line and TRACEBACK in line
     monkeypatch.setenv(TRACEBACK, "1")
     assert "Traceback" in run("stats", "--db", learned).err

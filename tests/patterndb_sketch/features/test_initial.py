@@ -88,7 +88,7 @@ def test_a_double_click_is_one() -> None:
 def test_the_soup_has_the_same_curve() -> None:
     """On the shuffled, unoriented triangle soup the samples are the same, bit for bit."""
     apart = Surface.from_soup(PolygonMesh.from_faces(*soup(*sphere(), 2)))
-    clicked = SPHERE.points[[3, 40, 90, 200]]
+    clicked = SPHERE.vertices[[3, 40, 90, 200]]
     one, other = find_initial_curve(SPHERE, clicked), find_initial_curve(apart, clicked)
     assert one.samples.tobytes() == other.samples.tobytes()
 

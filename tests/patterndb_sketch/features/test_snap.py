@@ -241,7 +241,7 @@ def test_ribs_that_fail_are_named_and_bridged() -> None:
     """Two halves of a ridge with a wide gap: the curve goes on across it."""
     y = hat()
     halves = [swept(y, np.linspace(a, b, 30)) for a, b in ((0.0, 1.7), (2.3, 4.0))]
-    count = len(halves[0].points)
+    count = len(halves[0].vertices)
     model = Surface.from_soup(
         PolygonMesh.from_faces(
             np.concatenate([half.vertices for half in halves]),
@@ -274,8 +274,8 @@ def test_a_ridge_that_lies_in_a_gap_is_found(short: tuple[float, float]) -> None
     for way, end in zip((-1.0, 1.0), short, strict=True):
         y = way * np.linspace(end, 1.0, 12)
         sides.append(swept(np.stack([y, -0.7 * np.abs(y)], axis=1), along))
-    count = len(sides[0].points)
-    points = np.concatenate([side.points for side in sides])
+    count = len(sides[0].vertices)
+    points = np.concatenate([side.vertices for side in sides])
     triangles = np.concatenate([sides[0].triangles, sides[1].triangles + count])
     roof = Surface.from_soup(PolygonMesh.from_faces(points, triangles))
     x, off = np.linspace(0.4, 3.6, 6), 0.03 * (-1.0) ** np.arange(6)

@@ -54,7 +54,7 @@ def test_views_along_the_axes_have_the_upright_one_up(state: FeatureState, press
 def test_the_camera_sees_what_the_picture_shows(state: FeatureState) -> None:
     keys(state, "1")
     state.wheel(3.0)
-    points = state.editing.model.points
+    points = state.editing.model.vertices
     seen = make_matrix_camera(state.camera.view, state.editing.model, state.camera.room).seen_at(
         points
     )

@@ -44,7 +44,7 @@ def test_every_wrong_frame_is_refused_and_the_right_one_is_found(number: int) ->
     assert measure_share_on(model, sample_curves(curves.values())) < LEAST_ON
     turn, share = find_turn(model, curves.values())
     assert share > 0.9
-    assert (turn.turn_model(model).points == car_model().points).all()
+    assert (turn.turn_model(model).vertices == car_model().vertices).all()
     with pytest.raises(InvalidFeatureError, match=f"--turn {turn}"):
         register(model, curves, car_template())
 

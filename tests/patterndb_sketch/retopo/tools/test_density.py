@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import io
 import math
-import zipfile
 from itertools import pairwise
 
 import numpy as np
@@ -323,7 +321,7 @@ class TestSessions:
     def test_without_paint_nothing_is_said_of_it(self, source: PatternSource) -> None:
         editor = Retopology(sphere(), source)
         data = RETOPO_SESSION.encode(RetopoSession(editor.surface, editor.state, "ball.obj"))
-        assert b'"density"' not in unpacked(data)
+        assert b'"density"' not in data
 
     @pytest.mark.parametrize(
         ("old", "new", "said"),
@@ -342,23 +340,10 @@ class TestSessions:
             RETOPO_SESSION.decode(data)
 
 
-def unpacked(data: bytes) -> bytes:
-    """A session's document."""
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        return archive.read("session.json")
-
-
 def replaced(data: bytes, old: bytes, new: bytes) -> bytes:
-    """A session with something else once in its document."""
-    file = io.BytesIO()
-    with zipfile.ZipFile(io.BytesIO(data)) as archive, zipfile.ZipFile(file, "w") as made:
-        for name in archive.namelist():
-            content = archive.read(name)
-            if name == "session.json":
-                assert old in content
-                content = content.replace(old, new, 1)
-            made.writestr(name, content)
-    return file.getvalue()
+    """Return a session with something else once in its document."""
+    assert old in data
+    return data.replace(old, new, 1)
 
 
 @pytest.mark.parametrize("count", (3, 2_000))

@@ -9,16 +9,9 @@ import pytest
 
 from ingest.formats import read_mesh
 from patterndb.geometry.polyline import sample_polyline
-from patterndb_sketch.surfacing import (
-    Curve,
-    CurveNetwork,
-    Cycle,
-    InvalidNetworkError,
-    find_cycles,
-    network_of_polylines,
-    read_network,
-    read_recorded_patches,
-)
+from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
+from patterndb_sketch.surfacing import InvalidNetworkError, find_cycles, network_of_polylines
+from patterndb_sketch.surfacing.networkfile import read_network, read_recorded_patches
 from tests.support.meshes import models, shared_meshes
 from tests.support.surfacing.networkfiles import CLOSED, GRAPHS, PATCHES, list_graphs
 from tests.support.surfacing.networks import cube, faces_network, prism, ring, shuffled, torus

@@ -5,15 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from patterndb_sketch.surfacing import (
-    CurveNetwork,
-    GrowingSketch,
-    SurfaceOptions,
-    Surfacing,
-    find_cycles,
-    read_drawing,
-    surface,
-)
+from patterndb_sketch.curvenetwork.network import CurveNetwork
+from patterndb_sketch.surfacing import SurfaceOptions, Surfacing, find_cycles, read_drawing, surface
+from patterndb_sketch.surfacing.surfaces import GrowingSketch
 from tests.support.shared import CHECKOUT
 from tests.support.surfacing.networkfiles import list_graphs
 
