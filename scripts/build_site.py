@@ -46,8 +46,6 @@ API_PAGES = {
     "patterndb_sketch.features": "api-features.md",
     "patterndb_sketch.retopo": "api-retopo.md",
     "patterndb": "api-patterndb.md",
-    "ingest": "api-ingest.md",
-    "query": "api-query.md",
     "viewer": "api-viewer.md",
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from itertools import pairwise
 
@@ -318,10 +319,11 @@ class TestSessions:
         assert found.state.same(session.state)
         assert RETOPO_SESSION.encode(found) == data
 
-    def test_without_paint_nothing_is_said_of_it(self, source: PatternSource) -> None:
+    def test_without_paint_a_session_has_no_strokes_of_brushes(self, source: PatternSource) -> None:
         editor = Retopology(sphere(), source)
         data = RETOPO_SESSION.encode(RetopoSession(editor.surface, editor.state, "ball.obj"))
-        assert b'"density"' not in data
+        density = json.loads(data)["content"]["network"]["density"]
+        assert density == {"strokes": []}
 
     @pytest.mark.parametrize(
         ("old", "new", "said"),
@@ -329,7 +331,7 @@ class TestSessions:
             (b'"radius":0.5', b'"radius":0.0', "radius"),
             (b'"factor":3.0', b'"factor":99.0', "0.125 to 8"),
             (b'"sets":false', b'"sets":3', "sets"),
-            (b'"segments":[[', b'"segments":[[7,', "nine numbers"),
+            (b'"starts":[[', b'"starts":[[7,', "starts"),
         ],
     )
     def test_brush_strokes_that_are_none_are_refused_by_name(
