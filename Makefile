@@ -93,7 +93,7 @@ test: $(DEV) $(CORE) page
 # The lowest releases that pyproject.toml promises, in an environment of their own, and tests of what
 # each of them is for.
 LOWEST_TESTS ?= tests/core tests/patterndb/store/test_reading.py tests/patterndb/store/test_rows.py \
-  tests/ingest/test_pipeline.py tests/ingest/test_cluster.py tests/read \
+  tests/ingest/test_pipeline.py tests/ingest/test_cluster.py tests/ingest/formats \
   tests/query/test_boundary.py tests/query/listing/test_stream.py tests/patterndb_app/cli/test_text.py \
   tests/patterndb_app/service/test_asking.py \
   tests/patterndb_sketch/retopo/counts/test_even.py tests/patterndb_sketch/features/fishbone/test_cut.py \
