@@ -52,10 +52,16 @@ class QueryVerbs:
 
         return fills(cast("PatternSource", self), boundary, request, **options)
 
-    def best(self, boundary: Boundary | Iterable[int], **options: Any) -> Fill | None:
+    def best(
+        self,
+        boundary: Boundary | Iterable[int],
+        request: FillRequest | None = None,
+        **options: Any,
+    ) -> Fill | None:
         """Return the first of :meth:`fills`, or None."""
-        asked: dict[str, Any] = {"limit": 1, **options}
-        return next(self.fills(boundary, **asked), None)
+        from query.engine import best
+
+        return best(cast("PatternSource", self), boundary, request, **options)
 
 
 class DatabaseVerbs(QueryVerbs):

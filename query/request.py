@@ -162,7 +162,7 @@ class PatternFilter(Request, frozen=True, kw_only=True):
     pattern_corners: Annotated[
         Range | None,
         option(
-            "Only patterns with so many corners.",
+            "Only patterns whose number of corners is in this range.",
             hint="write (least, greatest), such as (4, 6)",
             section="filter",
             rule=Filter(_has_corners, without="there are fills without the range of corners"),
@@ -332,7 +332,7 @@ class FillRequest(PatternFilter, frozen=True, kw_only=True):
     max_boundary_irregular: Annotated[
         Count,
         option(
-            "At most K irregular vertices on the boundary, but for constructed fills.",
+            "At most K irregular vertices on the boundary; constructed fills may have more.",
             metavar="K",
             hint="0 asks for strict fills only",
             section="filter",
@@ -385,7 +385,7 @@ class FillRequest(PatternFilter, frozen=True, kw_only=True):
     time_limit: Annotated[
         Seconds | None,
         option(
-            "End after so many seconds with what was found until then.",
+            "Stop after this many seconds, with what was found.",
             metavar="SECONDS",
             hint="give seconds above 0, at most 1,000,000",
         ),

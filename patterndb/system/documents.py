@@ -164,10 +164,6 @@ class JsonValue:
         """Return a text."""
         return self.read(str, wanted)
 
-    def name(self, wanted: str = "") -> int | str:
-        """Return a whole number or a text, as names are."""
-        return self.read(Name, wanted)
-
     def point(self) -> list[float]:
         """Return a point [x, y, z]; z is 0 where it is left out."""
         return complete_points([self.read(Point)])[0]
@@ -175,10 +171,6 @@ class JsonValue:
     def points(self) -> list[list[float]]:
         """Return a list of points, maybe empty, as :meth:`point` has them."""
         return complete_points(self.read(list[Point]))
-
-    def polyline(self) -> list[list[float]]:
-        """Return two points or more, as :meth:`point` has them."""
-        return complete_points(self.read(Polyline))
 
     @contextmanager
     def named(self) -> Generator[None]:
@@ -205,7 +197,7 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
     """Parse JSON text or its bytes; the document is returned.
 
     what: what it should hold, such as "a boundary", for messages. Raises ``error`` with line
-    and column for text that is no JSON, and for what strict reading refuses.
+    and column for text that is not JSON, and for what strict reading refuses.
     """
 
     def entries(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
@@ -225,22 +217,22 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
     if packed is not None:
         raise error(packed)
     if not data.strip():
-        raise error(f"this is empty, and no JSON; it should hold {what}")
+        raise error(f"this is empty; it should hold {what}")
     try:
         value = json.loads(data, object_pairs_hook=entries, parse_constant=constant)
     except json.JSONDecodeError as reason:
         raise error(
-            f"line {reason.lineno}, column {reason.colno}: this is no JSON: {reason.msg}"
+            f"line {reason.lineno}, column {reason.colno}: this is not JSON: {reason.msg}"
         ) from None
     except UnicodeDecodeError as reason:
-        raise error(f"byte {reason.start}: this is no JSON: the text is not UTF-8") from None
+        raise error(f"byte {reason.start}: this is not JSON: the text is not UTF-8") from None
     except RecursionError:
         raise error(f"this is nested deeper than {what} is") from None
     except PatternDBError:
         raise
     except ValueError as reason:
         # A whole number of more digits than Python reads.
-        raise error(f"this is no JSON that can be read: {reason}") from None
+        raise error(f"this is not JSON that can be read: {reason}") from None
     half = _find_half_character(data)
     if half is not None:
         raise error(

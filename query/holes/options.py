@@ -93,7 +93,7 @@ class HoleRequest(Request, frozen=True, kw_only=True):
     time_limit: Annotated[
         Seconds | None,
         option(
-            "End after so many seconds with what was found until then.",
+            "Stop after this many seconds, with what was found.",
             metavar="SECONDS",
             hint="give seconds above 0, at most 1,000,000",
         ),

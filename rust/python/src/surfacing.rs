@@ -18,7 +18,7 @@ use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 
 use crate::answers::{Answer, Answered, add_functions, compute};
-use crate::arguments::{Blocks, Items, ItemsMut, Rows, RowsMut, TableMut, take};
+use crate::arguments::{Blocks, Items, ItemsMut, Rows, RowsMut, TableMut};
 use crate::unlocked::run;
 
 /// Return places as numbers.
@@ -68,17 +68,6 @@ fn flatter<'py>(
 #[pyfunction]
 fn standardised<'py>(py: Python<'py>, points: Rows<'py, f64, 3>) -> Answered<'py> {
     compute!(py, points => flatness::standardise(points))
-}
-
-#[pyfunction]
-fn sum_moments<'py>(py: Python<'py>, points: Rows<'py, f64, 3>) -> Answered<'py> {
-    compute!(py, points => flatness::sum_moments(points).to_vec())
-}
-
-#[pyfunction]
-fn find_determinant<'py>(py: Python<'py>, moments: Items<'py, f64>) -> Answered<'py> {
-    let moments = take(&moments, "moments")?;
-    compute!(py, => flatness::find_determinant(moments))
 }
 
 #[pyfunction]
@@ -509,7 +498,7 @@ pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     let module = &crate::add_module(parent, "chords")?;
     add_functions!(module, "candidates": order_canonically, endpoints, candidates);
     add_functions!(module, "decompose": flatter);
-    add_functions!(module, "flatness": standardised, sum_moments, find_determinant);
+    add_functions!(module, "flatness": standardised);
     add_functions!(module, "search": solve);
     add_functions!(module, "subcycles": counted);
     let module = &crate::add_module(parent, "curvenetwork")?;

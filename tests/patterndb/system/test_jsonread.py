@@ -15,6 +15,7 @@ from patterndb.errors import InvalidMeshError
 from patterndb.system.documents import (
     JsonModel,
     JsonValue,
+    Name,
     Point,
     Polyline,
     parse_json,
@@ -47,7 +48,7 @@ def test_places_are_named_all_the_way_down() -> None:
     document = parsed('{"a": [{"b": [[0, 1], [2, 3, 4]]}]}')
     inner = document.entries(("a",))["a"].items()[0].entries(("b",))["b"]
     assert inner.where == "a[0].b"
-    assert inner.polyline() == [[0.0, 1.0, 0.0], [2.0, 3.0, 4.0]]
+    assert inner.points() == [[0.0, 1.0, 0.0], [2.0, 3.0, 4.0]]
     assert inner.items()[1].items()[2].where == "a[0].b[1][2]"
 
 
@@ -62,18 +63,28 @@ def test_places_are_named_all_the_way_down() -> None:
         ("1e999", "whole", "Infinity is not a whole number"),
         ("1", "truth", "1 is not true or false"),
         ("1", "text", "1 is not a text"),
-        ("1.5", "name", "1.5 is not a name"),
-        ("true", "name", "true is not a name"),
         ("{}", "items", "an object is not a list"),
         ("[]", "entries", "a list is not an object"),
         ("[1]", "point", r"a list is not a point \[x, y, z\]"),
-        ("[[0, 0]]", "polyline", "a polyline needs two points or more"),
-        ('[[0, 0], [1, "a"]]', "polyline", r'\[1\]\[1\]: "a" is not a number'),
     ],
 )
 def test_refusals(text: str, call: str, message: str) -> None:
     with pytest.raises(InvalidMeshError, match=message):
         getattr(parsed(text), call)()
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "message"),
+    [
+        ("1.5", Name, "1.5 is not a name"),
+        ("true", Name, "true is not a name"),
+        ("[[0, 0]]", Polyline, "a polyline needs two points or more"),
+        ('[[0, 0], [1, "a"]]', Polyline, r'\[1\]\[1\]: "a" is not a number'),
+    ],
+)
+def test_refusals_of_types(text: str, kind: Any, message: str) -> None:
+    with pytest.raises(InvalidMeshError, match=message):
+        parsed(text).read(kind)
 
 
 def test_unknown_entries_are_named_with_the_known() -> None:
@@ -84,13 +95,13 @@ def test_unknown_entries_are_named_with_the_known() -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        ("{", "line 1, column 2: this is no JSON"),
+        ("{", "line 1, column 2: this is not JSON"),
         ('{"a": 1, "b": 2, "a": 3}', 'the entry "a" is there twice'),
         ("[NaN]", "NaN is no number"),
         ("[-Infinity]", "-Infinity is no number"),
         ("[" * 100_000, "nested deeper than a test is"),
-        ("9" * 10_000, "no JSON that can be read"),
-        (b'"\xff"', "byte 1: this is no JSON: the text is not UTF-8"),
+        ("9" * 10_000, "this is not JSON that can be read"),
+        (b'"\xff"', "byte 1: this is not JSON: the text is not UTF-8"),
     ],
 )
 def test_what_is_no_json(data: str | bytes, message: str) -> None:

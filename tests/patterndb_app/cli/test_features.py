@@ -218,7 +218,9 @@ def test_slips_are_refused(sedan: Path, few: Path, tmp_path: Path) -> None:
     broken.write_text('{"strokes": [{"points": [[0,0,0]]}]}')
     assert_refused(run("features", sedan, "--strokes", broken), 3, "broken.json", "strokes[0]")
     broken.write_text("{")
-    assert_refused(run("features", sedan, "--session", broken), 3, "broken.json", "this is no JSON")
+    assert_refused(
+        run("features", sedan, "--session", broken), 3, "broken.json", "this is not JSON"
+    )
 
 
 class TestRegister:

@@ -101,7 +101,7 @@ def test_arrays_are_written_as_lists_and_nothing_as_nothing() -> None:
         (['{"tool": "open", "surface": 3}'], "line 1: a script begins with its surface"),
         (['{"tool": "open", "surface": "a", "by": 1}'], "line 1: a script begins"),
         (["", OPEN, OPEN], "line 3: a script opens one surface, in its first line"),
-        ([OPEN, "undo"], "line 2: line 1, column 1: this is no JSON"),
+        ([OPEN, "undo"], "line 2: line 1, column 1: this is not JSON"),
         ([OPEN, "[1]"], "line 2: a list is not an object such as"),
         ([OPEN, "{}"], 'line 2: "tool" is missing'),
         ([OPEN, '{"tool": 1}'], "line 2: tool: 1 is not the name of a tool"),

@@ -305,11 +305,11 @@ def test_changed_arrays_are_refused(
 def test_files_of_another_kind_are_refused(session: RetopoSession, tmp_path: Path) -> None:
     data = RETOPO_SESSION.encode(session)
     for content, message in (
-        (b"", "this is empty, and no JSON; it should hold a session of retopology"),
-        (b"v 0 0 0\n", "this is no JSON"),
+        (b"", "this is empty; it should hold a session of retopology"),
+        (b"v 0 0 0\n", "this is not JSON"),
         (b"[1]", "this is not a session of retopology"),
         (b'{"nodes": []}', "this is not a session of retopology"),
-        (data[:-100], "this is no JSON"),
+        (data[:-100], "this is not JSON"),
     ):
         path = tmp_path / "a.retopo"
         path.write_bytes(content)
