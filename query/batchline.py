@@ -45,7 +45,7 @@ def parse_line(line: str) -> tuple[Boundary, list[Stroke]]:
     try:
         document = parse_json(text, InvalidBoundaryError, "a boundary")
     except InvalidBoundaryError as error:
-        raise InvalidBoundaryError(f"the line is no JSON: {error}") from None
+        raise InvalidBoundaryError(f"the line is not JSON: {error}") from None
     return read_question(document.value)
 
 

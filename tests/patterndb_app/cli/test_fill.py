@@ -217,11 +217,11 @@ class TestBoundaryFile:
     @pytest.mark.parametrize(
         ("document", "words"),
         [
-            ("{", ["line 1, column 2", "no JSON"]),
+            ("{", ["line 1, column 2", "not JSON"]),
             ('{"sides": [], "sides": []}', ['"sides" is there twice']),
             ('{"sides": [[[NaN, 0, 0], [1, 0, 0]]]}', ["NaN", "finite"]),
             ("[" * 100_000, ["deeper"]),
-            ("9" * 10_000, ["no JSON that can be read"]),
+            ("9" * 10_000, ["not JSON that can be read"]),
             ([1, 2], ["a list is not an object"]),
             ({"lengths": [4]}, ['"sides" is missing']),
             (square(colour="red"), ["colour: there is no such entry", "edge_length"]),

@@ -150,7 +150,7 @@ def test_fills_lie_on_a_surface_that_was_sent(starter: ServedHere) -> None:
 @pytest.mark.parametrize(
     ("body", "status", "word"),
     [
-        (b"", 400, "no JSON"),
+        (b"", 400, "empty"),
         (b"[1, 2]", 400, "an object"),
         (b'{"sides": [3, 5, 4, 6], "limt": 3}', 400, "limt"),
         (b'{"sides": [3, 5, 4, 6], "limit": "3"}', 400, "limit"),
