@@ -229,8 +229,9 @@ def _add_line(
 
 def _mark_side(opened: OpenNetwork, chain: Chain, line: Points) -> int:
     """Mark the side of a chain that is on the right of a polyline (n, 3) beside it."""
-    k = len(line) // 2
-    ahead = line[(k + 1) % len(line)] - line[k]
+    # A piece of two points begins at its first.
+    k = min(len(line) // 2, len(line) - 2)
+    ahead = line[k + 1] - line[k]
     near = int(np.argmin(np.linalg.norm(chain.points - line[k], axis=1)))
     m = len(chain.points)
     one, two = (near, (near + 1) % m) if chain.loose or near + 1 < m else (near - 1, near)
