@@ -23,11 +23,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from intended import Intended, of_net
 from synthetic_cycles import Answer, Fill, answer, methods
 
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
+from tests.support.surfacing.intended import Intended, of_net
 
 SIZES = (4, 12)
 PER_MESH = 4

@@ -2,9 +2,9 @@
 
     python benchmarks/surfacing/clean_cycles.py [--family NAME] [--each]
 
-Of all networks of cleannetworks.py: how many of each family are found exactly, cycles that are
-missing, and those that are too many. --each tells every network that is not. Prints Markdown for
-RESULTS.md.
+Of all networks of tests/support/surfacing/cleannetworks.py: how many of each family are found
+exactly, cycles that are missing, and those that are too many. --each names every network that is
+not. Prints Markdown for RESULTS.md.
 """
 
 from __future__ import annotations
@@ -12,10 +12,9 @@ from __future__ import annotations
 import argparse
 import time
 
-from cleannetworks import CleanNetwork, list_clean_networks
-
 from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.cycles import find_cycles
+from tests.support.surfacing.cleannetworks import CleanNetwork, list_clean_networks
 
 
 def main() -> None:

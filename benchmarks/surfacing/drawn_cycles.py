@@ -2,8 +2,9 @@
 
     python benchmarks/surfacing/drawn_cycles.py [--seed N] [--every N] [--unit LENGTH] [--each]
 
-Of the networks of drawnnetworks.py, joined by default: patches that are meant, those of them that
-are found, and false ones, by the fault and how great it is, for each half of the families.
+Of the networks of tests/support/surfacing/drawnnetworks.py, joined by default: patches that are
+meant, those of them that are found, and false ones, by the fault and how great it is, for each half
+of the families.
 Constants were chosen on the first half; the second only reports. --every takes every N-th network,
 --unit draws them in another unit, the curves in another order and direction; --each names the
 networks in which something is missing or false. Prints Markdown for RESULTS.md.
@@ -16,10 +17,16 @@ import time
 from itertools import islice
 
 import numpy as np
-from drawnnetworks import FAULTS, HALVES, LEVELS, DrawnCurves, list_drawn_networks
 
 from patterndb_sketch.curvenetwork.joining import network_of_polylines
 from patterndb_sketch.surfacing.cycles import find_cycles
+from tests.support.surfacing.drawnnetworks import (
+    FAULTS,
+    HALVES,
+    LEVELS,
+    DrawnCurves,
+    list_drawn_networks,
+)
 
 
 def score_network(one: DrawnCurves, unit: float, mixed: np.random.Generator | None) -> list[int]:

@@ -23,13 +23,13 @@ from pathlib import Path
 import bent_patches
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from surface_distance import distance
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing import SurfaceOptions, surface
 from query.placing import Surface
+from tests.support.surfacing.surfacedistance import distance
 
 SIZES = (8, 16)
 BLOCKS = 2

@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 from bent_patches import PER_MESH, SEED, cut_patches, turn_across
-from intended import of_net
 from ours import OURS
 from synthetic_cycles import spacing_of
 
@@ -32,6 +31,7 @@ from patterndb_sketch.surfacing.sampling import (
     loop_of,
     sample,
 )
+from tests.support.surfacing.intended import of_net
 
 #: Triangles with a smaller angle, in degrees, are slivers.
 SLIVER = 10.0

@@ -19,14 +19,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from filling import Filling
-from intended import Intended, cycles
 from ours import OURS
-from surface_distance import Distance, distance
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation import find_self_intersections
 from query.placing import Surface
+from tests.support.surfacing.intended import Intended, list_intended
+from tests.support.surfacing.surfacedistance import Distance, distance
 
 #: Mean distances below this share of the diagonal are not told apart: a pixel of a screen that
 #: the cycle fills.
@@ -133,7 +133,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--only", help="cycles whose name contains this")
     arguments = parser.parse_args()
-    chosen = [cycle for cycle in cycles() if (arguments.only or "") in cycle.name]
+    chosen = [cycle for cycle in list_intended() if (arguments.only or "") in cycle.name]
     every = methods()
     for fill in every.values():
         answer(chosen[0], fill)  # compiles

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from hostile_documents import KINDS, judge, make_case
+from tests.support.hostiledocuments import KINDS, judge, make_case
 
 CASES = 60
 

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import pytest
 from PySide6.QtWidgets import QFileDialog, QMessageBox
 
 from tests.support.viewer.events import answer
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-
-from windows_random import MAKERS, try_window
+from tests.support.viewer.randomhand import MAKERS, try_window
 
 ACTIONS = 120
 

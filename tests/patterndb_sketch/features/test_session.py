@@ -27,43 +27,17 @@ from patterndb_sketch.features.files.shapearrays import (
     write_shapes,
 )
 from patterndb_sketch.features.files.templatejson import read_template, write_template
-from patterndb_sketch.features.registration import Feature, FeatureCurves, Template, box_template
-from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession, SessionCurve
+from patterndb_sketch.features.registration import FeatureCurves, Template
+from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines import Spline
-from tests.support.features.registration import grid_quads, rim, sheet
-
-FEATURES = (Feature("low", np.arange(5, dtype=np.int32)),)
-
-
-def shape_model(seed: int = 0) -> ShapeModel:
-    shapes = np.random.default_rng(seed).normal(size=(5, 25, 3))
-    return ShapeModel.build(shapes, grid_quads(5), FEATURES, names=tuple("äbcde"), template="sheet")
+from tests.support.features.registration import sheet
+from tests.support.features.sessions import make_session, make_shape_model
 
 
 def no_mesh(path: Path) -> PolygonMesh:
     raise AssertionError(f"{path} was asked for")
-
-
-def session() -> FeatureSession:
-    rng = np.random.default_rng(1)
-    samples = np.cumsum(rng.normal(size=(30, 3)), axis=0)
-    curve = SessionCurve(
-        "roof rail", samples[::7].copy(), samples, ((4, samples[4] + 0.1), (29, samples[29])),
-        spline_through(samples), SnapSettings(alpha=0.5, nearness=None),
-    )  # fmt: skip
-    network = FeatureCurves(
-        rim(), {"ne": ("east", "north")}, {"se": np.array([0.5, -0.5, 1 / 3])}, 0.0625
-    )
-    return FeatureSession(
-        "models/sedan.obj",
-        (curve,),
-        SnapSettings(alpha=0.1 + 0.2, beta=1 / 3),
-        {"one": network, "none": FeatureCurves({"a": curve.spline})},
-        {"sheet": sheet(4), "car": box_template(3)},
-        {"cars": shape_model(), "others": shape_model(1)},
-    )
 
 
 def same_spline(a: Spline, b: Spline) -> bool:
@@ -112,7 +86,7 @@ def same_shapes(a: ShapeModel, b: ShapeModel) -> bool:
 def test_a_session_is_read_back_bit_for_bit(tmp_path: Path) -> None:
     """Curves, constraints, networks, templates and shape models, in one file; and the same
     session gives the same bytes."""
-    path, given_ = tmp_path / "work.session", session()
+    path, given_ = tmp_path / "work.session", make_session()
     FEATURE_SESSION.write(path, given_)
     found = FEATURE_SESSION.read(path)
     assert found.mesh == given_.mesh and found.settings == given_.settings
@@ -127,7 +101,9 @@ def test_a_session_is_read_back_bit_for_bit(tmp_path: Path) -> None:
     ):  # fmt: skip
         one, two = getattr(found, kind), getattr(given_, kind)
         assert list(one) == list(two) and all(same(one[name], two[name]) for name in one)
-    assert FEATURE_SESSION.encode(found) == path.read_bytes() == FEATURE_SESSION.encode(session())
+    assert (
+        FEATURE_SESSION.encode(found) == path.read_bytes() == FEATURE_SESSION.encode(make_session())
+    )
 
 
 def test_an_empty_session_is_one() -> None:
@@ -135,7 +111,7 @@ def test_an_empty_session_is_one() -> None:
 
 
 def test_single_files_are_read_back(tmp_path: Path) -> None:
-    given_ = session()
+    given_ = make_session()
     write_network(tmp_path / "n.json", given_.networks["one"])
     assert same_network(read_network(tmp_path / "n.json"), given_.networks["one"])
     write_template(tmp_path / "t.json", given_.templates["car"])
@@ -259,7 +235,7 @@ def test_a_plain_template_is_read(tmp_path: Path) -> None:
 
 def with_arrays(**arrays: object) -> bytes:
     """A shape model's file with some arrays in place of its own; None leaves one out."""
-    with np.load(io.BytesIO(shape_bytes(shape_model()))) as file:
+    with np.load(io.BytesIO(shape_bytes(make_shape_model()))) as file:
         every: dict[str, object] = dict(file)
     every |= arrays
     data = io.BytesIO()
@@ -268,7 +244,7 @@ def with_arrays(**arrays: object) -> bytes:
 
 
 def with_header(**entries: object) -> bytes:
-    with np.load(io.BytesIO(shape_bytes(shape_model()))) as file:
+    with np.load(io.BytesIO(shape_bytes(make_shape_model()))) as file:
         header = json.loads(file["header"].tobytes()) | entries
     text = json.dumps({key: value for key, value in header.items() if value is not None})
     return with_arrays(header=np.frombuffer(text.encode(), np.uint8))
@@ -306,7 +282,7 @@ def test_wrong_shape_models_are_refused(match: str) -> None:
 
 def with_content(change: dict[str, object]) -> bytes:
     """A session with entries in place of its own; None leaves one out."""
-    document = json.loads(FEATURE_SESSION.encode(session()))
+    document = json.loads(FEATURE_SESSION.encode(make_session()))
     whole = document["content"] | change
     document["content"] = {key: value for key, value in whole.items() if value is not None}
     return json.dumps(document).encode()
@@ -349,7 +325,7 @@ def test_wrong_sessions_are_refused(match: str) -> None:
 
 def test_what_is_no_session_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.session"
-    for data in (b"", b"text", FEATURE_SESSION.encode(session())[:-100], b'{"curves": {}}'):
+    for data in (b"", b"text", FEATURE_SESSION.encode(make_session())[:-100], b'{"curves": {}}'):
         path.write_bytes(data)
         with pytest.raises(InvalidFeatureError, match=r"a\.session: .*this is"):
             FEATURE_SESSION.read(path)
@@ -357,7 +333,7 @@ def test_what_is_no_session_is_refused(tmp_path: Path) -> None:
 
 def test_curves_that_stay_keep_their_settings() -> None:
     """Whatever the settings of the next curve become."""
-    before = session()
+    before = make_session()
     (old,) = before.curves
     made = before.with_curves([], SnapSettings(alpha=0.125))
     assert made.settings.alpha == 0.125
@@ -369,8 +345,8 @@ def test_curves_that_stay_keep_their_settings() -> None:
 def test_damaged_files_are_refused_or_read(data: st.DataObject) -> None:
     """Never another error: neither for a session nor for a shape model with bytes changed."""
     for content, read in (
-        (FEATURE_SESSION.encode(session()), FEATURE_SESSION.decode),
-        (shape_bytes(shape_model()), shape_of),
+        (FEATURE_SESSION.encode(make_session()), FEATURE_SESSION.decode),
+        (shape_bytes(make_shape_model()), shape_of),
     ):  # fmt: skip
         damaged = bytearray(content)
         for _ in range(data.draw(st.integers(1, 4))):

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings
@@ -22,18 +19,14 @@ from patterndb_sketch.surfacing.parallelograms import (
     place_inner,
     rank_corners,
 )
+from patterndb_sketch.surfacing.patch import as_triangles
 from patterndb_sketch.surfacing.surfaces import surface_loop
-from tests.support.shared import CHECKOUT
+from query.placing import Surface
+from tests.support.surfacing.intended import list_intended, of_net
 from tests.support.surfacing.quads import assert_disk_within
+from tests.support.surfacing.strips import draw_strip, measure_strip
+from tests.support.surfacing.surfacedistance import distance
 from tests.support.surfacing.tessellation import as_loop
-
-
-@pytest.fixture(scope="module", autouse=True)
-def folder() -> Iterator[None]:
-    """The benchmark is no package: its modules are found beside one another."""
-    sys.path.insert(0, str(CHECKOUT / "benchmarks" / "surfacing"))
-    yield
-    sys.path.remove(str(CHECKOUT / "benchmarks" / "surfacing"))
 
 
 def outline(net: Points) -> Points:
@@ -127,10 +120,8 @@ def test_any_loop_is_filled_with_a_disk(n: int, seed: int, bent: bool) -> None:
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_the_choice_does_not_depend_on_place_size_turn_or_start(seed: int) -> None:
-    from intended import cycles  # pyright: ignore[reportMissingImports]
-
     rng = np.random.default_rng(seed)
-    points = next(cycle for cycle in cycles() if cycle.name == "cup quarter").loop.points
+    points = next(cycle for cycle in list_intended() if cycle.name == "cup quarter").loop.points
     best = rank_corners(points)[0]
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     shift = int(rng.integers(len(points)))
@@ -149,8 +140,6 @@ def test_corners_that_are_named_are_tried() -> None:
 
 
 def test_strips_are_surfaced_and_lie_near_the_pipe() -> None:
-    from strips import draw_strip, measure_strip  # pyright: ignore[reportMissingImports]
-
     for degrees, height in ((90.0, 0.1), (180.0, 1.0), (250.0, 0.5), (330.0, 3.0)):
         assert len(draw_strip(degrees, height).curves) == 4
         found = {m: measure_strip(degrees, height, m) for m in ("chords", "area", "smooth")}
@@ -161,15 +150,15 @@ def test_strips_are_surfaced_and_lie_near_the_pipe() -> None:
 
 
 def test_bent_patches_of_a_saddle_are_nearer_than_by_chords() -> None:
-    from intended import of_net  # pyright: ignore[reportMissingImports]
-    from synthetic_cycles import answer  # pyright: ignore[reportMissingImports]
-
     x, y = np.meshgrid(np.linspace(-1, 1, 9), np.linspace(-1, 1, 7), indexing="ij")
-    net = np.stack([x, y, 0.5 * x * y + 0.3 * x**2], axis=-1)
-    patch = of_net("saddle", "", net)
-    from ours import OURS  # pyright: ignore[reportMissingImports]
-
-    far = {name: answer(patch, OURS[name]).distance.mean for name in ("smooth", "chords", "area")}
+    patch = of_net("saddle", "", np.stack([x, y, 0.5 * x * y + 0.3 * x**2], axis=-1))
+    loop, meant = patch.loop, Surface.from_arrays(patch.vertices, patch.triangles)
+    steps = np.linalg.norm(np.roll(loop.points, -1, axis=0) - loop.points, axis=1)
+    far = {}
+    for name in ("smooth", "chords", "area"):
+        made = surface_loop(loop, SurfaceOptions(name), steps.mean())
+        points = np.concatenate([loop.points, made.points])
+        far[name] = distance(Surface.from_arrays(points, as_triangles(made.faces)), meant).mean
     assert far["smooth"] < 0.5 * min(far["chords"], far["area"])
 
 
@@ -177,8 +166,6 @@ def test_bent_patches_of_a_saddle_are_nearer_than_by_chords() -> None:
 def test_grids_that_cross_themselves_give_way_to_others_and_then_to_chords(
     crossing: int, method: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from intended import cycles  # pyright: ignore[reportMissingImports]
-
     calls: list[int] = []
 
     def find(*_: object) -> list[int]:
@@ -186,7 +173,7 @@ def test_grids_that_cross_themselves_give_way_to_others_and_then_to_chords(
         return [1] if len(calls) <= crossing else []
 
     monkeypatch.setattr(tessellation, "find_self_intersections", find)
-    loop = next(cycle for cycle in cycles() if cycle.name == "cup quarter").loop
+    loop = next(cycle for cycle in list_intended() if cycle.name == "cup quarter").loop
     made = make_smooth(loop, SurfaceOptions("smooth"), 0.3, None)
     assert made.method == method
     assert len(calls) == min(crossing + 1, MOST_GRIDS)

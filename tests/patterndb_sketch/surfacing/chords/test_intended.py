@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from patterndb.geometry.polyline import arc_length
 from query.placing import Surface
-from tests.support.shared import CHECKOUT
-
-FOLDER = CHECKOUT / "benchmarks" / "surfacing"
+from tests.support.surfacing.intended import list_intended, ribbon
+from tests.support.surfacing.surfacedistance import distance
 
 #: Names, and how many corners each cycle has as one counts them on a drawing.
 CORNERS = {
@@ -36,14 +32,6 @@ CORNERS = {
 }
 
 
-@pytest.fixture(scope="module", autouse=True)
-def folder() -> Iterator[None]:
-    """The benchmark is no package: its modules are found beside one another."""
-    sys.path.insert(0, str(FOLDER))
-    yield
-    sys.path.remove(str(FOLDER))
-
-
 def segment_gaps(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n, n) least distances between the edges of a closed polygon, sampled finely."""
     n = len(points)
@@ -55,15 +43,11 @@ def segment_gaps(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def test_there_are_cycles_of_every_kind_with_the_corners_that_one_counts() -> None:
-    from intended import cycles  # pyright: ignore[reportMissingImports]
-
-    assert {cycle.name: int(cycle.loop.corners.sum()) for cycle in cycles()} == CORNERS
+    assert {cycle.name: int(cycle.loop.corners.sum()) for cycle in list_intended()} == CORNERS
 
 
 def test_each_cycle_is_a_simple_polygon_in_even_steps_on_the_edge_of_a_disk() -> None:
-    from intended import cycles  # pyright: ignore[reportMissingImports]
-
-    for cycle in cycles():
+    for cycle in list_intended():
         points = cycle.loop.points
         n = len(points)
         assert 60 <= n <= 200, cycle.name
@@ -95,8 +79,6 @@ def test_each_cycle_is_a_simple_polygon_in_even_steps_on_the_edge_of_a_disk() ->
 
 
 def test_helicoids_have_the_area_of_the_formula() -> None:
-    from intended import ribbon  # pyright: ignore[reportMissingImports]
-
     # The strip (6u, r cos(au), r sin(au)), |r| <= 1/2: the integral of sqrt(36 + a² r²).
     for turn in (90.0, 180.0, 360.0):
         cycle = ribbon(turn)
@@ -108,8 +90,6 @@ def test_helicoids_have_the_area_of_the_formula() -> None:
 
 
 def test_distance_is_that_of_parallel_squares_and_of_a_part() -> None:
-    from surface_distance import distance  # pyright: ignore[reportMissingImports]
-
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     halves = np.array([[0, 1, 2], [0, 2, 3]])
     one = Surface.from_arrays(square, halves)

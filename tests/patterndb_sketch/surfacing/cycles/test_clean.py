@@ -5,17 +5,12 @@ benchmarks/surfacing/clean_cycles.py asks all networks of the generator; here ar
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks" / "surfacing"))
-from cleannetworks import CleanNetwork, list_clean_networks
-
 from patterndb_sketch.curvenetwork.network import CurveNetwork
 from patterndb_sketch.surfacing.cycles import find_cycles
+from tests.support.surfacing.cleannetworks import CleanNetwork, list_clean_networks
 
 #: Of every family so many, spread evenly.
 EACH = 5

@@ -6,18 +6,13 @@ are some of their smallest.
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parents[4] / "benchmarks" / "surfacing"))
-from drawnnetworks import FAULTS, HALVES, DrawnCurves, draw_network
-from joining_traps import Trap, list_traps
-
 from patterndb_sketch.curvenetwork.joining import network_of_polylines
 from patterndb_sketch.surfacing.cycles import find_cycles
+from tests.support.surfacing.drawnnetworks import FAULTS, HALVES, DrawnCurves, draw_network
+from tests.support.surfacing.joiningtraps import Trap, list_traps
 
 #: A seed that the constants were not chosen with.
 SEED = 5

@@ -267,7 +267,7 @@ def planar_star() -> Intended:
     return planar("planar star", [(float(x), float(y)) for x, y in corners])
 
 
-def cycles() -> Iterator[Intended]:
+def list_intended() -> Iterator[Intended]:
     """All of them."""
     for turn in (90.0, 180.0, 360.0):
         yield ribbon(turn)
