@@ -121,10 +121,10 @@ class MeshVerbs:
         return find_holes(cast("PolygonMesh", self))
 
     def hole(
-        self, *, loop: Sequence[int] | None = None, faces: Iterable[int] | None = None
+        self, *, loop: int | Sequence[int] | None = None, faces: Iterable[int] | None = None
     ) -> Hole:
-        """Return the hole at a border loop, named by some of its vertices, or around faces that are
-        to be replaced; without both the mesh must have exactly one border loop.
+        """Return the hole at a border loop, named by one or more of its vertices, or around faces
+        that are to be replaced; without both the mesh must have exactly one border loop.
 
         Raises InvalidMeshError where no loop, or more than one, is meant.
         """

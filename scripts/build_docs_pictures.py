@@ -16,6 +16,7 @@ IMAGES = DOCS / "images"
 #: The pages whose steps draw pictures; they show them as images/NAME.
 ILLUSTRATED = (
     ROOT / "README.md",
+    DOCS / "concepts.md",
     DOCS / "tutorial.md",
     DOCS / "queries.md",
     DOCS / "surfacing.md",
@@ -58,11 +59,7 @@ def walk(page: Path) -> None:
                 assert text.count(old) == 1, f"{page.name}:{step.line} stands there twice"
                 text = text.replace(old, said + shortened(written, step.shown))
         for picture in pictures_of_steps(text):
-            # Few colours are used: a palette makes the file a third as large. It must keep those
-            # of the few dots that mark irregular vertices.
-            image = Image.open(folder / picture).convert("RGB")
-            image = image.quantize(200, method=Image.Quantize.MAXCOVERAGE)
-            image.save(IMAGES / picture, optimize=True)
+            Image.open(folder / picture).convert("RGB").save(IMAGES / picture, optimize=True)
             size = (IMAGES / picture).stat().st_size
             print(f"{picture}: {size:,} bytes")
             if size > LARGEST_PICTURE:
@@ -71,9 +68,11 @@ def walk(page: Path) -> None:
 
 
 def pictures_of_steps(text: str) -> list[str]:
-    """The names of the pictures that a page shows and its steps draw."""
+    """Return the names of the pictures that a page shows and its steps draw."""
+    steps = "".join(body for _, kind, body in walkthrough.BLOCK.findall(text) if kind == "run")
+    drawn = set(re.findall(r"[\w-]+\.png", steps))
     shown = re.findall(r"images/([\w-]+\.png)", text)
-    return [name for name in shown if not name.startswith(DRAWN_APART)]
+    return [name for name in shown if not name.startswith(DRAWN_APART) and name in drawn]
 
 
 def shortened(written: str, shown: str) -> str:

@@ -52,8 +52,10 @@ API_PAGES = {
 #: The pages in the order of the site, by the titles of their sections.
 SECTIONS = {
     "Guides": (
-        "gallery",
+        "install",
         "tutorial",
+        "concepts",
+        "gallery",
         "queries",
         "holes",
         "placing",
@@ -64,9 +66,10 @@ SECTIONS = {
         "page",
         "cluster",
         "scaling",
+        "faq",
     ),
     "Notebooks": ("notebooks/fills", "notebooks/learning", "notebooks/placing", "examples"),
-    "Reference": ("definitions", "cli", "service", "database", "names", "api"),
+    "Reference": ("glossary", "definitions", "cli", "service", "database", "names", "api"),
     "Python": tuple(page.removesuffix(".md") for page in sorted(set(API_PAGES.values()))),
     "Project": ("architecture", "contributing", "measurements", "security", "changelog"),
 }

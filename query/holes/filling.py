@@ -52,7 +52,7 @@ def fill_holes(
     mesh: PolygonMesh | MeshTopology | Hole,
     options: HoleOptions | None = None,
     *,
-    loop: Sequence[int] | None = None,
+    loop: int | Sequence[int] | None = None,
     faces: Iterable[int] | None = None,
     models: HoleModels | None = None,
     **choices: Any,

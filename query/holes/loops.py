@@ -134,7 +134,7 @@ def _refuse_soup(topology: MeshTopology, border: NDArray[np.int64]) -> None:
 def choose_hole(
     mesh: PolygonMesh | MeshTopology | Hole,
     *,
-    loop: Sequence[int] | None = None,
+    loop: int | Sequence[int] | None = None,
     faces: Iterable[int] | None = None,
 ) -> Hole:
     """Find the hole that is meant: see :func:`fill_holes`.
@@ -179,11 +179,12 @@ def _refuse_islands(hole: Hole, others: Sequence[Hole]) -> None:
         )
 
 
-def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
-    """The border loop through the vertices named: all of them, in either sense, or one or more.
+def hole_of_loop(topology: MeshTopology, vertices: int | Sequence[int]) -> Hole:
+    """Return the border loop through a vertex, or through all of several vertices, in either sense.
 
     Raises InvalidMeshError where no border loop, or more than one, runs through all of them.
     """
+    vertices = [vertices] if isinstance(vertices, int | np.integer) else vertices
     named = {int(v) for v in vertices}
     if not named:
         raise InvalidMeshError("name one or more vertices of the loop")

@@ -138,10 +138,10 @@ class Reader:
 
 
 def list_made(call: ast.Call) -> Iterator[str]:
-    """List the files that a call makes: of open(name, "create") and write_mesh(name, ...)."""
+    """List the files that a call makes: of open(name, "create") and mesh.write(name)."""
     name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
     values = [one.value for one in call.args if isinstance(one, ast.Constant)]
-    if (name == "open" and "create" in values) or name in ("write_mesh", "savefig"):
+    if (name == "open" and "create" in values) or name in ("write", "savefig"):
         yield from (one for one in values if isinstance(one, str))
 
 

@@ -915,9 +915,21 @@ def test_a_closed_mesh_is_named_as_such() -> None:
     assert find_holes(cube) == []
     (note,) = list_mesh_flaws(cube)
     assert "the mesh is closed" in note
-    for loop in (None, [1]):
+    for loop in (None, 1, [1]):
         with pytest.raises(InvalidMeshError, match="the mesh is closed"):
             choose_hole(cube, loop=loop)
+
+
+def test_one_vertex_names_a_loop() -> None:
+    grid = grid_with_hole()
+    inner, outer = find_holes(grid)
+    for hole in (inner, outer):
+        for vertex in (int(hole.loop[2]), hole.loop[2], [int(hole.loop[2])]):
+            found = choose_hole(grid, loop=vertex)
+            assert set(found.loop.tolist()) == set(hole.loop.tolist())
+            assert found.loop[0] == hole.loop[2]
+    with pytest.raises(InvalidMeshError, match="no border loop runs through vertex 8"):
+        choose_hole(grid, loop=8)
 
 
 def test_edges_of_more_than_two_faces_are_named() -> None:
