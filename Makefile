@@ -93,18 +93,20 @@ test: $(DEV) $(CORE) page
 # The lowest releases that pyproject.toml promises, in an environment of their own, and tests of what
 # each of them is for.
 LOWEST_TESTS ?= tests/core tests/patterndb/store/test_reading.py tests/patterndb/store/test_rows.py \
-  tests/ingest/test_pipeline.py tests/ingest/test_cluster.py tests/ingest/formats \
+  tests/ingest/test_pipeline.py tests/ingest/test_cluster.py \
+  tests/ingest/formats/test_libraries.py tests/ingest/formats/test_content.py \
   tests/query/test_boundary.py tests/query/listing/test_stream.py tests/patterndb_app/cli/test_text.py \
   tests/patterndb_app/service/test_asking.py \
   tests/patterndb_sketch/retopo/counts/test_even.py tests/patterndb_sketch/features/fishbone/test_cut.py \
   tests/viewer/test_browser_qt.py tests/viewer/test_pictures.py
 
+# Not editable: that would replace the core while other programs may have it loaded.
 lowest: $(DEV)
 	rm -rf build/lowest && $(PYTHON) -m venv build/lowest
 	$(BIN)/python scripts/lowest_versions.py > build/lowest/lowest.txt
 	@$(ALOUD) "installing the lowest releases" build/lowest/bin/python -m pip install --quiet \
 	  --disable-pip-version-check --progress-bar off --constraint build/lowest/lowest.txt \
-	  --editable '.[all]' pytest pytest-qt pytest-xdist hypothesis trimesh
+	  '.[all]' pytest pytest-qt pytest-xdist hypothesis trimesh
 	build/lowest/bin/python -m pytest -n $(WORKERS) \
 	  -p no:cacheprovider $(LOWEST_TESTS)
 

@@ -24,6 +24,9 @@ from tests.support.features.drawnbodies import TEMPLATE, car_bodies, write_bodie
 #: Strokes that most tests do with.
 FEW = ("roof_rail", "shoulder", "hood_edge")
 
+#: A template of one part, which is laid in a fraction of the time.
+ROOF = "box:roof?r=4"
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -60,6 +63,12 @@ def document(*args: object) -> dict[str, Any]:
     result = run(*args, "--json")
     assert result.code == 0, result.err
     return result.document()
+
+
+@pytest.fixture(scope="module")
+def usual(sedan: Path, few: Path) -> dict[str, Any]:
+    """The curves of the few strokes with the usual settings, as JSON."""
+    return document("features", sedan, "--strokes", few)["curves"]
 
 
 def test_writes_what_it_tells(sedan: Path, few: Path, tmp_path: Path) -> None:
@@ -109,10 +118,14 @@ def test_writes_what_it_tells(sedan: Path, few: Path, tmp_path: Path) -> None:
     ],
 )
 def test_every_setting_changes_the_curve(
-    option: tuple[str, ...], setting: str, value: object, sedan: Path, few: Path
+    option: tuple[str, ...],
+    setting: str,
+    value: object,
+    sedan: Path,
+    few: Path,
+    usual: dict[str, Any],
 ) -> None:
     """And stands with it; settings of a stroke's own come before it."""
-    usual = document("features", sedan, "--strokes", few)["curves"]
     changed = document("features", sedan, "--strokes", few, *option)["curves"]
     for name in FEW:
         assert changed[name]["settings"][setting] == value
@@ -225,7 +238,7 @@ def test_slips_are_refused(sedan: Path, few: Path, tmp_path: Path) -> None:
 
 class TestRegister:
     def test_lays_what_the_curves_say(self, sedan: Path, curves: Path, tmp_path: Path) -> None:
-        """The file is what registering gives, to the last bit, and the table adds up."""
+        """The file is what registering gives, to the last bit, and the counts add up."""
         output = tmp_path / "quads.obj"
         args = ("register", sedan, "--network", curves, "--template", TEMPLATE, "-o", output)
         told = document(*args)
@@ -244,17 +257,21 @@ class TestRegister:
         for one in parts:
             kinds = sum(one[key] for key in ("on curves", "drawn to it", "hidden", "no hit"))
             assert one["vertices"] == kinds
-        result = run(*args)
+        groups = [line for line in output.read_text().splitlines() if line.startswith("g ")]
+        assert groups == 2 * [f"g {part.name}" for part in template.parts]
+
+    def test_the_table_has_the_parts_of_the_document(self, sedan: Path, curves: Path) -> None:
+        args = ("register", sedan, "--network", curves, "--template", ROOF, "-o")
+        parts = document(*args, curves.with_name("a.obj"))["parts"]
+        result = run(*args, curves.with_name("b.obj"))
         assert [row.split()[:3] for row in result.out.splitlines()[1:]] == [
             [one["part"], str(one["quads"]), str(one["vertices"])] for one in parts
         ]
-        groups = [line for line in output.read_text().splitlines() if line.startswith("g ")]
-        assert groups == 2 * [f"g {part.name}" for part in template.parts]
 
     def test_every_option_changes_the_quads(
         self, sedan: Path, curves: Path, tmp_path: Path
     ) -> None:
-        args = ("register", sedan, "--network", curves, "--template", "box:car?r=4")
+        args = ("register", sedan, "--network", curves, "--template", ROOF)
         found: set[bytes] = set()
         options = ((), ("--delta", 0.05), ("--delta", 0.05, "--rounds", 3))
         for k, more in enumerate(options):
@@ -269,16 +286,16 @@ class TestRegister:
         from patterndb_sketch.features.files.templatejson import write_template
 
         path, output, named = (tmp_path / name for name in ("roof.json", "a.obj", "b.obj"))
-        write_template(path, template_of_name("box:roof?r=4"))
+        write_template(path, template_of_name(ROOF))
         args = ("register", sedan, "--network", curves)
         assert run(*args, "--template", path, "-o", output).code == 0
-        assert run(*args, "--template", "box:roof?r=4", "-o", named).code == 0
+        assert run(*args, "--template", ROOF, "-o", named).code == 0
         assert output.read_bytes() == named.read_bytes()
 
     def test_draws_the_quads(self, sedan: Path, curves: Path, tmp_path: Path) -> None:
         args = ("register", sedan, "--network", curves, "-o", tmp_path / "a.obj")
         drawn: set[bytes] = set()
-        for template in ("box:roof?r=4", "box:roof?r=6"):
+        for template in (ROOF, "box:roof?r=6"):
             picture = tmp_path / "a.png"
             assert run(*args, "--template", template, "--picture", picture).code == 0
             drawn.add(picture.read_bytes())
@@ -292,7 +309,7 @@ class TestRegister:
         mesh = read_mesh(sedan)
         x, y, z = mesh.points.T
         write_mesh(away, replace(mesh, points=np.stack([-y, x, z], axis=1)))
-        args = ("--network", curves, "--template", TEMPLATE)
+        args = ("--network", curves, "--template", ROOF)
         assert run("register", sedan, *args, "-o", right).code == 0
         refused = run("register", away, *args, "-o", output)
         assert_refused(refused, 3, "do not lie on the model", "--turn y,-x,z")
@@ -329,14 +346,15 @@ def test_faults_of_a_body_are_those_that_were_asked_for(
     monkeypatch.setattr(car_bodies(), "body", cache(body))
     found: set[bytes] = set()
     every: list[str] = []
+    least = ("coupe", "--resolution", "0.25")
     for faults in (
         (), ("--gaps", "0.002"), ("--crossings", "0.004"), ("--flips", "0.5"), ("--clutter",),
         ("--uneven",), ("--soup",),
     ):  # fmt: skip
         every += faults
-        found.add((write_bodies(tmp_path, "coupe", *faults) / "coupe.obj").read_bytes())
+        found.add((write_bodies(tmp_path, *least, *faults) / "coupe.obj").read_bytes())
     assert len(found) == 7
-    one, two = (write_bodies(tmp_path / c, "coupe", *every) for c in "ab")
+    one, two = (write_bodies(tmp_path / c, *least, *every) for c in "ab")
     for path in one.iterdir():
         assert path.read_bytes() == (two / path.name).read_bytes()
     with pytest.raises(SystemExit):

@@ -49,5 +49,5 @@ def find_body(name: str, ending: str) -> Path:
 
 def write_bodies(folder: Path, *arguments: str) -> Path:
     """Have the script write bodies into a folder."""
-    car_bodies().main([*arguments, "--resolution", COARSE, "--out", str(folder)])
+    car_bodies().main(["--resolution", COARSE, "--out", str(folder), *arguments])
     return folder
