@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -100,30 +101,68 @@ def modules() -> dict[str, Path]:
     return found
 
 
-@cache
-def tree(module: str) -> ast.Module:
-    return ast.parse(modules()[module].read_text(encoding="utf-8"))
+@dataclass(slots=True)
+class ModuleScan:
+    """The facts about a module that the tests ask for. Its tree, which is large, is not kept.
 
-
-@cache
-def imports(module: str) -> set[str]:
-    """Dotted names of all that a module imports, wherever the import stands.
-
-    ``from a import b`` counts as a, and as a.b too if that is a module.
+    imports: dotted names of all that it imports, wherever the import stands; ``from a import b``
+    counts as a, and as a.b too if that is a module. nearest: of these the modules of the project,
+    a.b alone if that is one; of an entry point only what it imports at its head when it runs.
+    calls: names of the functions that it calls. classes: names of its classes.
     """
-    found: set[str] = set()
-    for node in ast.walk(tree(module)):
+
+    docstring: str | None
+    imports: set[str] = field(default_factory=set)
+    nearest: set[str] = field(default_factory=set)
+    calls: set[str] = field(default_factory=set)
+    classes: list[str] = field(default_factory=list)
+    creates_tables: bool = False
+
+
+@cache
+def scan(module: str) -> ModuleScan:
+    """Parse a module, and return what the tests ask about it."""
+    tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
+    found = ModuleScan(ast.get_docstring(tree))
+    for node in ast.walk(tree):
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            found.imports |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{module} imports relatively; write the whole name"
             assert node.module is not None
-            found.add(node.module)
+            found.imports.add(node.module)
             within = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= within & modules().keys()
-        elif isinstance(node, ast.Call) and _called(node) in ("import_module", "__import__"):
-            found |= {str(arg.value) for arg in node.args if isinstance(arg, ast.Constant)}
+            found.imports |= within & modules().keys()
+        elif isinstance(node, ast.Call):
+            found.calls.add(_called(node))
+            if _called(node) in ("import_module", "__import__"):
+                found.imports |= {str(a.value) for a in node.args if isinstance(a, ast.Constant)}
+        elif isinstance(node, ast.ClassDef):
+            found.classes.append(node.name)
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found.creates_tables |= "CREATE TABLE" in node.value.upper()
+        if module not in FACES:
+            found.nearest |= _list_nearest(node)
+    if module in FACES:
+        for node in _walk_head(tree):
+            found.nearest |= _list_nearest(node)
+    found.nearest &= modules().keys() - {module}
     return found
+
+
+def _list_nearest(node: ast.AST) -> set[str]:
+    """Return the names that a statement imports: modules where these are, else what has them."""
+    if isinstance(node, ast.Import):
+        return {alias.name for alias in node.names}
+    if isinstance(node, ast.ImportFrom):
+        names = {f"{node.module}.{alias.name}" for alias in node.names}
+        return {name if name in modules() else str(node.module) for name in names}
+    return set()
+
+
+def imports(module: str) -> set[str]:
+    """Return the dotted names of all that a module imports."""
+    return scan(module).imports
 
 
 def _called(call: ast.Call) -> str:
@@ -213,10 +252,13 @@ def _sources() -> list[Path]:
 def test_nothing_is_unpickled_anywhere() -> None:
     found: list[str] = []
     # Only what has one of the names is parsed: all of it takes 20 seconds.
-    named = re.compile("|".join(sorted({*PICKLING, *ARRAY_READERS})))
+    readers, picklers = "|".join(sorted(ARRAY_READERS)), "|".join(map(re.escape, sorted(PICKLING)))
+    named = re.compile(rf"\.(?:{readers})\b|\b(?:{picklers})\b")
     for path in _sources():
         source = path.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(source)) if named.search(source) else ():
+        if not named.search(source):
+            continue
+        for node in ast.walk(ast.parse(source)):
             if isinstance(node, ast.Import):
                 names = {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom):
@@ -252,36 +294,25 @@ def _functional() -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("module", _functional())
-def test_the_core_knows_arrays_only(module: str) -> None:
-    assert not _libraries(module) & WORLDLY
-    calls = {_called(node) for node in ast.walk(tree(module)) if isinstance(node, ast.Call)}
-    assert not calls & WORLDLY_CALLS
+def test_the_core_knows_arrays_only() -> None:
+    assert len(_functional()) > 100
+    worldly = {
+        module: (_libraries(module) & WORLDLY) | (scan(module).calls & WORLDLY_CALLS)
+        for module in _functional()
+    }
+    assert not {module: names for module, names in worldly.items() if names}
 
 
 #: They give what the store takes: Learned, by the store's own name for it.
 GIVERS = ("ingest.learning", "ingest.engines", "ingest.clustertasks")
 
 
-@pytest.mark.parametrize("module", [m for m in _functional() if m not in GIVERS])
-def test_the_core_does_not_know_the_store(module: str) -> None:
-    assert not any(name.startswith("patterndb.store") for name in imports(module))
-
-
-def find_own_imports(module: str) -> set[str]:
-    """The modules of the project that a module imports, when it runs or for types.
-
-    Of an entry point only what it imports at its head when it runs.
-    """
-    found: set[str] = set()
-    walk = _walk_head if module in FACES else ast.walk
-    for node in walk(tree(module)):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom):
-            names = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= {name if name in modules() else str(node.module) for name in names}
-    return (found & modules().keys()) - {module}
+def test_the_core_does_not_know_the_store() -> None:
+    assert not [
+        module
+        for module in _functional()
+        if module not in GIVERS and any(n.startswith("patterndb.store") for n in imports(module))
+    ]
 
 
 def _walk_head(node: ast.AST) -> Iterator[ast.AST]:
@@ -294,8 +325,8 @@ def _walk_head(node: ast.AST) -> Iterator[ast.AST]:
             yield from _walk_head(child)
 
 
-def test_modules_do_not_import_in_a_circle() -> None:
-    order = TopologicalSorter({module: find_own_imports(module) for module in modules()})
+def test_picklersdo_not_import_in_a_circle() -> None:
+    order = TopologicalSorter({module: scan(module).nearest for module in modules()})
     try:
         order.prepare()
     except CycleError as error:
@@ -305,9 +336,8 @@ def test_modules_do_not_import_in_a_circle() -> None:
 def test_a_class_has_a_name_of_its_own() -> None:
     places: dict[str, list[str]] = {}
     for module in modules():
-        for node in ast.walk(tree(module)):
-            if isinstance(node, ast.ClassDef):
-                places.setdefault(node.name, []).append(module)
+        for name in scan(module).classes:
+            places.setdefault(name, []).append(module)
     assert not {name: where for name, where in places.items() if len(where) > 1}
 
 
@@ -344,10 +374,8 @@ def test_an_import_is_no_more_than_it_says(statement: str, unwanted: set[str]) -
     assert not unwanted & set(done.stdout.split())
 
 
-@pytest.mark.parametrize("module", modules())
-def test_every_module_says_what_it_is(module: str) -> None:
-    text = ast.get_docstring(tree(module))
-    assert text and text.splitlines()[0].strip()
+def test_every_module_says_what_it_is() -> None:
+    assert not [m for m in modules() if not (scan(m).docstring or "").partition("\n")[0].strip()]
 
 
 def test_every_package_is_a_package() -> None:
@@ -360,20 +388,10 @@ def test_the_schema_stands_once() -> None:
     # Packages take it along by a link.
     packaged = CHECKOUT / "patterndb" / "schema.sql"
     assert packaged.readlink() == Path("../schema.sql")
-    creating = [
-        module
-        for module in modules()
-        if re.search(r"(?i)CREATE\W+TABLE", modules()[module].read_text(encoding="utf-8"))
-        and any(
-            isinstance(node, ast.Constant)
-            and isinstance(node.value, str)
-            and "CREATE TABLE" in node.value.upper()
-            for node in ast.walk(tree(module))
-        )
-    ]
+    creating = {module for module in modules() if scan(module).creates_tables}
     # The check of a file's schema knows the tables that SQLite makes for itself.
     others = {"patterndb.store.ddq", "patterndb.store.connection"}
-    assert set(creating) <= others
+    assert creating <= others
 
 
 #: Rooms of the architecture page; a module belongs to the longest that its name begins with.
@@ -429,7 +447,7 @@ def test_the_page_has_the_arrows_that_there_are() -> None:
     assert not wrong
 
 
-def test_modules_that_the_page_names_are_there() -> None:
+def test_picklersthat_the_page_names_are_there() -> None:
     page = (CHECKOUT / "docs" / "architecture.md").read_text(encoding="utf-8")
     packages = "|".join(PACKAGES)
     for name in set(re.findall(rf"`((?:{packages})\.[\w.]+)`", page)):
