@@ -138,9 +138,9 @@ def make_savings(folder: Path) -> dict[str, Saving]:
     from patterndb_sketch.features.files.networkjson import read_network
     from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
     from patterndb_sketch.features.snap import SnapSettings
+    from patterndb_sketch.recovery import Autosave
     from patterndb_sketch.retopo.editor import Call, State
     from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
-    from patterndb_sketch.sessions import Autosave
     from patterndb_sketch.surfacing import networkfile
     from tests.support.retopo.editors import drawn_grid, line
 
@@ -204,7 +204,7 @@ def save_in_turns(saving: Saving, path: Path) -> None:
 
 def find_saving_faults(saving: Saving, path: Path) -> list[str]:
     """What is wrong with a saved file, or a recovery file, after a kill; removes the latter."""
-    from patterndb_sketch.sessions import find_recoveries
+    from patterndb_sketch.recovery import find_recoveries
 
     found: list[str] = []
     written = [path]

@@ -124,11 +124,10 @@ def is_busy(state: Any) -> bool:
     if hasattr(state, "finder"):
         return state.finder.searching or state.finder.placed is None
     editing = getattr(state, "editing", None)
-    lists = getattr(getattr(editing, "work", None), "lists", None)
     return bool(
         getattr(editing, "waiting", False)
         or getattr(editing, "making", False)
-        or getattr(lists, "searching", False)
+        or getattr(editing, "listing", False)
     )
 
 

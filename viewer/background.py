@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import threading
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass
 
 from patterndb.core.patternclass import PatternClass
@@ -14,42 +12,6 @@ from query import Boundary, Fill, Fills, Stroke
 from query.engine import PatternSource
 from query.placing import Placement, Region, Surface, enclose_region, place
 from viewer.net import Net
-
-
-class StoppedError(BaseException):
-    """The user wants no more of what a thread is making; nothing but that thread's owner catches
-    it."""
-
-
-class Stoppable:
-    """Lets a thread be stopped between two of its steps, within :meth:`running`."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._thread: int | None = None
-        #: Was it asked to stop?
-        self.stopped = False
-
-    @contextmanager
-    def running(self) -> Generator[None]:
-        """This thread may be stopped: StoppedError is raised where it is then."""
-        with self._lock:
-            self._thread, self.stopped = threading.get_ident(), False
-        try:
-            yield
-        finally:
-            # Who stops it holds the lock: nothing is raised once this is passed.
-            with self._lock:
-                self._thread = None
-
-    def stop(self) -> bool:
-        """Stop the thread as soon as it does something of Python's; False if none runs."""
-        with self._lock:
-            if self._thread is None:
-                return False
-            self.stopped = True
-            number, error = ctypes.c_ulong(self._thread), ctypes.py_object(StoppedError)
-            return ctypes.pythonapi.PyThreadState_SetAsyncExc(number, error) == 1
 
 
 class OneAtATime:

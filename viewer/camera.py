@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.recovery import WorkKeeper
 from viewer.keymap import Spoken
 from viewer.scene import HEIGHT
-from viewer.sessions import WorkKeeper
 
 # From where a fill is looked at: a camera without perspective.
 

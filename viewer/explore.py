@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb_sketch.recovery import WorkKeeper
 from patterndb_sketch.sessions import digest_arrays
 from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
@@ -21,7 +22,6 @@ from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.pointerstroke import PointerMode
 from viewer.saver import SaveWay
-from viewer.sessions import WorkKeeper
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]

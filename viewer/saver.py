@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from patterndb.system.knownfiles import KnownFiles
+from patterndb_sketch.recovery import SessionWriter, WorkKeeper
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.keymap import Effect, KeyMap
 from viewer.picture import Drawn, save_drawn
-from viewer.sessions import SessionWriter, WorkKeeper
 
 
 @dataclass(frozen=True, slots=True)

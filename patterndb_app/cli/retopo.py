@@ -256,10 +256,10 @@ def retopo(
             "--record out, or begin another session"
         )
     # Imported here because --help need not wait for it.
+    from patterndb_sketch.recovery import find_recoveries
     from patterndb_sketch.retopo.quadimport import refuse_losses
     from patterndb_sketch.retopo.script import Script, read_script, write_script
     from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
-    from patterndb_sketch.sessions import find_recoveries
 
     known = KnownFiles()
     if session is not None:

@@ -23,6 +23,7 @@ from patterndb.errors import InvalidCodeError, InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb.system.documents import JsonModel, JsonValue
+from patterndb_sketch.recovery import Autosave
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, Filling
 from patterndb_sketch.retopo.network import (
@@ -40,7 +41,7 @@ from patterndb_sketch.retopo.network.invariants import UNIT
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Plane, cut_half
-from patterndb_sketch.sessions import Autosave, SessionFormat
+from patterndb_sketch.sessions import SessionFormat
 
 #: How the name of a session's file ends.
 SUFFIX = ".retopo"
@@ -137,7 +138,7 @@ RETOPO_SESSION: SessionFormat[RetopoSession, SavedRetopology] = SessionFormat(
 def autosave_session(begun: RetopoSession, **options: Any) -> Autosave[State]:
     """Return an autosave of an editor's states, of which ``begun`` has the first.
 
-    options: as for :class:`patterndb_sketch.sessions.Autosave`.
+    options: as for :class:`patterndb_sketch.recovery.Autosave`.
     """
 
     def encode(state: State) -> bytes:

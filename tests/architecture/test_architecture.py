@@ -76,6 +76,8 @@ WORLDLY_MODULES += (
 )
 WORLDLY_MODULES += (
     "patterndb_sketch.sessions",
+    "patterndb_sketch.recovery",
+    "patterndb_sketch.retopo.files",
     "patterndb_sketch.retopo.script",
 )
 

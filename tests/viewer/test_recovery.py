@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from patterndb_sketch.recovery import WorkKeeper
 from tests.support.display.six_windows import starter
 from viewer.saver import Saver
-from viewer.sessions import WorkKeeper
 
 SIZE = (900, 600)
 

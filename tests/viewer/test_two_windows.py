@@ -22,15 +22,16 @@ def open_retopo(folder: Path, source: PatternSource) -> Any:
     """A window on the folder's session, as the command line opens one."""
 
     from patterndb_sketch.retopo.editor import Retopology
+    from patterndb_sketch.retopo.files import RetopoFiles
     from patterndb_sketch.retopo.script import Script
     from patterndb_sketch.retopo.session import RetopoSession, autosave_session
     from tests.support.viewer.sheets import sheet
     from viewer.retopo import RetopoState
-    from viewer.retopo.window import RetopoSaver, RetopoWriter
+    from viewer.retopo.window import RetopoSaver
 
     path = folder / "sheet.retopo"
     editor = Retopology(sheet(), source)
-    files = RetopoWriter(folder, path, folder / "sheet.jsonl", Script("sheet.obj", ()), write)
+    files = RetopoFiles(folder, path, folder / "sheet.jsonl", Script("sheet.obj", ()), write)
     if path.exists():
         editor.restore(RETOPO_SESSION.read(path).state)
     files.autosave = autosave_session(

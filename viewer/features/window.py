@@ -15,7 +15,7 @@ from patterndb_sketch.features.files.networkjson import write_network
 from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
-from patterndb_sketch.sessions import Autosave
+from patterndb_sketch.recovery import Autosave, SessionWriter
 from viewer import saver
 from viewer.facts import FactSheet
 from viewer.features.facts import describe_features, tell_hint
@@ -23,7 +23,6 @@ from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.sessions import SessionWriter
 
 
 def show(

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -11,36 +9,20 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.strips import pair_edges, trace_strips_at
 from patterndb.geometry.surface import SurfacePoints
+from patterndb_sketch.retopo.editing import RetopoEditing
 from patterndb_sketch.retopo.editor import Call
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import RetopoMesh, find_strip
-from patterndb_sketch.retopo.tool import SNAP, ToolWork
+from patterndb_sketch.retopo.picking import NetworkPicker
+from patterndb_sketch.retopo.previews import Preview
+from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.nearness import CHAIN_REACH, CLICK
-from viewer.retopo.editing import RetopoEditing
 from viewer.retopo.modes import ToolMode, ToolOption, list_modes
-from viewer.retopo.pointing import (
-    NetworkPicker,
-    RetopoCamera,
-    pick_foot,
-    pick_line,
-)
-from viewer.retopo.previews import (
-    Latest,
-    Preview,
-    preview_call,
-    preview_completion,
-    preview_cut,
-    preview_inserted_loop,
-    preview_pull,
-    preview_spine_outline,
-)
+from viewer.retopo.pointing import RetopoCamera, pick_foot, pick_line
 
 #: Brushes follow the view: nearer by, they reach less; so far, at most and at least.
 ZOOMS = (0.05, 1.0)
-
-#: Seconds that a move of the pointer waits for its preview.
-LIVE = 0.03
 
 
 class StripFinder:
@@ -90,15 +72,9 @@ class ToolPointer:
         self.strayed = False
         self.foot: SurfacePoints | None = None
         self.line: list[Points] = []
-        self.preview: Preview | None = None
         self.strips_shown = True
         self._strips = StripFinder()
         self._picker = NetworkPicker()
-        self._latest = Latest()
-
-    def close(self) -> None:
-        """Wait until no preview is being made any more."""
-        self._latest.close()
 
     # What is under the pointer
 
@@ -216,94 +192,47 @@ class ToolPointer:
     # What would come of it
 
     def seek(self) -> None:
-        """Have the preview made that the pointer asks for, and show it if it is there soon; have
-        the list found of the patch that it is on."""
+        """Have the preview made that the pointer asks for, and the list of fills of its patch."""
         patch = (
             self.patch_under() if self.mode.target == "patch" and not self.editing.waiting else None
         )
-        if patch is not None and patch in self.editing.network.patches:
-            self.editing.work.lists.want(
-                self.editing.network,
-                self.editing.network.patches[patch],
-                self.editing.shown.work.source,
-            )
-        wanted = self._wanted()
-        if wanted is None:
-            self._latest.drop()
-            self.preview = None
-            return
-        self._latest.want(*wanted)
-        self._latest.wait(LIVE)
-        self.take_preview()
+        if patch is not None:
+            self.editing.want_list(patch)
+        self.editing.want_preview(self._find_call())
 
-    def _wanted(self) -> tuple[object, Callable[[], Preview]] | None:
-        """What preview there is to be made, and a key that tells it from others."""
-        shown, foot = self.editing.shown.work, self.foot
-        # Tools reach as far as they will be told to.
-        sizes = replace(shown.state.sizes, snap=self.reach)
-        work = replace(shown, state=replace(shown.state, sizes=sizes))
-        tool, held = self.mode.tool, self.held
-        if tool == "autocomplete" and held in (None, "click") and foot is not None:
-            radius, number = self.brush, self.choice
-            key = (tool, shown, self.reach, foot.points.tobytes(), radius, number)
-            return key, lambda: preview_completion(work, foot, radius, number)
-        if tool == "spine" and held == "line" and len(self.line) > 2:
-            line, width = np.stack(self.line), 2.0 * self.brush
-            key = (tool, shown, self.reach, len(line), line[-1].tobytes(), width)
-            return key, lambda: preview_spine_outline(work, line, width)
-        if tool == "pull" and held == "drag" and self.strayed and foot is not None:
-            begun, point = self.line[0], foot.points[0]
-            key = (tool, shown, self.reach, begun.tobytes(), point.tobytes())
-            return key, lambda: preview_pull(work, begun, point)
+    @property
+    def preview(self) -> Preview | None:
+        """What would come of it, None where that is not known or nothing would."""
+        return self.editing.preview
+
+    def _find_call(self) -> Call | None:
+        """The call that letting go, or a click, would make here; None where no preview helps."""
+        tool, held, foot = self.mode.tool, self.held, self.foot
         if held == "plane" and self.pressed is not None and self.camera.pointer is not None:
             try:
-                found = self.find_plane(self.pressed, self.camera.pointer)
+                places = self.tell_plane(self.pressed, self.camera.pointer)
             except RefusedError:
                 return None
-            if found is not None:
-                at, normal, limit = found
-                key = (tool, shown, self.reach, at.tobytes(), normal.tobytes())
-                return key, lambda: preview_cut(work, at, normal, limit)
-        return self._wanted_quads(work)
-
-    def _wanted_quads(self, work: ToolWork) -> tuple[object, Callable[[], Preview]] | None:
-        """The same of tools that change quads."""
-        shown, foot = self.editing.shown, self.foot
-        # While fills are made there is nothing to be seen anew, and the database is at work.
-        if foot is None or not shown.fresh:
+        elif foot is None:
             return None
-        mesh, tool, point = shown.body.mesh, self.mode.tool, foot.points[0]
-        if tool == "insertloop" and self.held in (None, "click"):
-            return (tool, shown, self.reach, point.tobytes()), lambda: preview_inserted_loop(
-                work, mesh, foot
-            )
-        if self.mode.gesture == "drag" and self.held == "drag" and self.strayed:
-            given = self.tell_arguments() | self.tell_ends(self.line[0], foot)
-            return (tool, shown, str(given)), lambda: preview_call(
-                work, mesh, Call(tool, given), point
-            )
-        return None
-
-    def take_preview(self) -> None:
-        """Show the preview that was found; one of another network is never shown."""
-        found = self._latest.found()
-        if found is not None:
-            self.preview = found
-        if self.preview is not None and self.preview.network is not self.editing.network:
-            self.preview = None
+        elif tool == "autocomplete" and held in (None, "click"):
+            places = {"at": foot.points[0].tolist(), "choice": self.choice}
+        elif tool == "insertloop" and held in (None, "click"):
+            places = {"at": foot.points[0].tolist()}
+        elif tool == "spine" and held == "line" and len(self.line) > 2:
+            places = {self.mode.places[0]: np.stack(self.line).tolist()}
+        elif self.mode.gesture == "drag" and held == "drag" and self.strayed:
+            places = self.tell_ends(self.line[0], foot)
+        else:
+            return None
+        return None if places is None else Call(tool, self.tell_arguments() | places)
 
     # How it is done
-
-    def settle(self) -> None:
-        """Wait for the preview that was asked for."""
-        self._latest.wait()
-        self.take_preview()
 
     def let_go(self) -> None:
         self.line = []
         self.pressed = None
-        self.preview = None
-        self._latest.drop()
+        self.editing.want_preview(None)
 
     def point_at(self, x: float, y: float) -> None:
         self.camera.pointer = (x, y)
@@ -330,17 +259,16 @@ class ToolPointer:
         first, second = self.mode.places
         return {first: begun.tolist(), second: foot.points[0].tolist()}
 
-    def find_plane(
+    def tell_plane(
         self, begin: tuple[float, float], end: tuple[float, float]
-    ) -> tuple[Points, Points, float] | None:
-        """The plane through a line across the view: a point (3,) of it on the surface, its normal,
-        and the limit of its cut; None if the line passes no surface."""
+    ) -> dict[str, object] | None:
+        """The places that a line across the view gives: a point of its plane on the surface, the
+        plane's normal, and the limit of the cut; None if the line passes no surface."""
         if np.hypot(end[0] - begin[0], end[1] - begin[1]) < CLICK:
             return None
         met = pick_line(self.camera.view, self.editing.surface, begin, end)
         if not len(met):
             return None
-        normal, limit = plane_of_line(
-            self.camera.view.under(*begin), self.camera.view.under(*end), self.camera.view.axes[2]
-        )
-        return met[len(met) // 2], normal, limit
+        view = self.camera.view
+        normal, limit = plane_of_line(view.under(*begin), view.under(*end), view.axes[2])
+        return {"at": met[len(met) // 2].tolist(), "normal": normal.tolist(), "limit": limit}

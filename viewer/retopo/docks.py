@@ -227,5 +227,5 @@ class RetopoWindow(ShellWindow):
     def _take(self, number: int) -> None:
         if self._patch is not None:
             self.state.message = ""
-            self.state.take_fill(self._patch, number)
+            self.state.editing.choose_fill(self._patch, number)
             self.show_change()

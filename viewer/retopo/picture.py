@@ -7,13 +7,13 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.fills import filling_of
+from patterndb_sketch.retopo.filling.surface import FilledSurface
 from patterndb_sketch.retopo.network import EVEN
 from viewer import style
 from viewer.axes import draw_axes, draw_line
 from viewer.camera import View
 from viewer.picture import Drawn, Frame
 from viewer.retopo import paint
-from viewer.retopo.body import NetworkBody
 from viewer.retopo.marks import (
     AWAY,
     BRUSH,
@@ -70,7 +70,7 @@ def measure_lift(state: RetopoState) -> float:
 
 def draw_quads(
     state: RetopoState,
-    body: NetworkBody,
+    body: FilledSurface,
     stale: frozenset[int],
     lit: int | None,
     density: NDArray[np.float64] | None,
@@ -82,7 +82,7 @@ def draw_quads(
     view = state.camera.view
     gone = np.fromiter(stale, np.int64, len(stale))
     kept = ~np.isin(body.owner, gone)
-    corners, normals = body.skin.corners[kept], body.skin.normals[kept]
+    corners, normals = body.corners[kept], body.normals[kept]
     lift = LIFT * state.surface.diagonal + QUAD_LIFT * body.edge
     # What faces away is behind the surface, not before it: sheets may be thin.
     away = normals.mean(axis=1) @ view.axes[2] < 0.0
@@ -225,10 +225,10 @@ class RetopoPainter:
             self._key = key
             parts: list[Triangles] = []
             if state.quads_shown and len(shown.body.owner):
-                skin, density = shown.body.skin, None
+                body, density = shown.body, None
                 if state.density_shown:
-                    density = self._quad_paint.at(state.network.density, skin.corners, skin.normals)
-                parts += draw_quads(state, shown.body, shown.stale(), lit, density)
+                    density = self._quad_paint.at(state.network.density, body.corners, body.normals)
+                parts += draw_quads(state, body, shown.stale(), lit, density)
             if state.curves_shown:
                 parts += _curves(state)
                 lift, through = measure_lift(state), _through(state)

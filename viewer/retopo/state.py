@@ -6,15 +6,18 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface, SurfacePoints
+from patterndb_sketch.retopo.editing import RetopoEditing, Snapshot
 from patterndb_sketch.retopo.editor import Retopology
+from patterndb_sketch.retopo.files import RetopoFiles
 from patterndb_sketch.retopo.network import Network
+from patterndb_sketch.retopo.picking import find_upright
+from patterndb_sketch.retopo.previews import Preview
 from patterndb_sketch.retopo.sizes import Sizes
 from viewer.camera import ViewerState
 from viewer.nearness import CLICK
 from viewer.retopo.aiming import ToolPointer
-from viewer.retopo.editing import RetopoEditing, RetopoFiles, Shown
 from viewer.retopo.modes import ToolMode, ToolOption
-from viewer.retopo.pointing import RetopoCamera, find_upright, pick_line
+from viewer.retopo.pointing import RetopoCamera, pick_line
 from viewer.skin import Skin
 
 #: By how much a key changes a brush, and how far brushes go, as parts of the usual size.
@@ -46,12 +49,12 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.tool = ToolPointer(self.editing, camera)
         self.quads_shown = self.curves_shown = True
         self._tool_kept: ToolMode | None = None
+        self._preview: Preview | None = None
         corners = editor.surface.vertices[editor.surface.triangles]
         self.skin = Skin.of(corners, editor.surface.triangles)
 
     def close(self) -> None:
         """Wait until nothing is being made any more."""
-        self.tool.close()
         self.editing.close()
 
     @property
@@ -60,7 +63,7 @@ class RetopoState(ViewerState[RetopoCamera]):
         return self.editing.surface
 
     @property
-    def shown(self) -> Shown:
+    def shown(self) -> Snapshot:
         """What there is to see."""
         return self.editing.shown
 
@@ -221,24 +224,6 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.tool.options[(mode or self.tool.mode).tool, option.name] = value
         self.tool.seek()
 
-    def take_fill(self, patch: int, number: int) -> None:
-        """Take a fill of a patch's list, by its number from 0."""
-        at = self.find_place_in(patch)
-        if at is None:
-            self.message = "that patch is not there any more"
-        else:
-            self.editing.do("choose", at=at.tolist(), number=number)
-
-    def find_place_in(self, patch: int) -> Points | None:
-        """Find a point (3,) within a patch that has quads."""
-        body = self.shown.body
-        own = np.flatnonzero(body.owner == patch)
-        if not len(own):
-            return None
-        corners = body.skin.corners[own].mean(axis=1)
-        middle = corners.mean(axis=0)
-        return corners[int(np.linalg.norm(corners - middle, axis=1).argmin())]
-
     # The pointer, at places of the picture in points from its middle
 
     def press(self, x: float, y: float, *, turn: bool = False, tweak: bool = False) -> bool:
@@ -354,18 +339,14 @@ class RetopoState(ViewerState[RetopoCamera]):
         if new:
             self.tool.seek()
         new |= self.editing.tick()
-        before = self.tool.preview
-        self.tool.take_preview()
-        return new or self.tool.preview is not before
+        before, self._preview = self._preview, self.tool.preview
+        return new or self._preview is not before
 
     def settle(self) -> None:
         """Wait for all that was asked for."""
-        self.editing.work.wait()
-        self.editing.take()
+        self.editing.settle()
         self.tool.seek()
-        self.editing.work.lists.wait()
-        self.editing.take()
-        self.tool.settle()
+        self.editing.settle()
 
     # How it is done
 
@@ -425,13 +406,11 @@ class RetopoState(ViewerState[RetopoCamera]):
     def _complete(self, point: Points) -> None:
         """Take the completion that is shown."""
         self.tool.seek()
-        self.tool.settle()
+        self.editing.settle()
+        given: dict[str, object] = self.tool.tell_arguments() | {"at": point.tolist()}
         preview = self.tool.preview
-        if preview is None or not preview.count:
-            self.editing.do("autocomplete", **(self.tool.tell_arguments() | {"at": point.tolist()}))
-            return
-        given = self.tool.tell_arguments() | {"at": preview.at.tolist(), "choice": preview.number}
-        self.tool.choice = 0
+        if preview is not None and preview.count:
+            given["choice"], self.tool.choice = preview.number, 0
         self.editing.do("autocomplete", **given)
 
     def _dragged(self, begun: Points, still: bool) -> None:
@@ -454,10 +433,8 @@ class RetopoState(ViewerState[RetopoCamera]):
             )
 
     def _cut(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
-        found = self.tool.find_plane(begin, end)
-        if found is None:
+        places = self.tool.tell_plane(begin, end)
+        if places is None:
             self.message = "drag a line across a part of the surface"
-            return
-        point, normal, limit = found
-        at = {"at": point.tolist(), "normal": normal.tolist(), "limit": limit}
-        self.editing.do(self.tool.mode.tool, **(self.tool.tell_arguments() | at))
+        else:
+            self.editing.do(self.tool.mode.tool, **(self.tool.tell_arguments() | places))

@@ -15,13 +15,13 @@ from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.shapemodel.shaping import SHAPE_SESSION, ShapeChoice, Shaping
+from patterndb_sketch.recovery import WorkKeeper, find_free_name
 from patterndb_sketch.sessions import digest_arrays
 from viewer import saver
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
-from viewer.sessions import WorkKeeper, find_free_name
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.state import ShapesState

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from patterndb_sketch.recovery import WorkKeeper, find_free_name
 from patterndb_sketch.sessions import digest_arrays
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.session import SURFACING_SESSION, SurfacingWork
@@ -12,7 +13,6 @@ from viewer import saver
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
-from viewer.sessions import WorkKeeper, find_free_name
 from viewer.surfacing.commands import COMMANDS, KEYS
 from viewer.surfacing.picture import DRAWING_HINT, LOOKING_HINT, compose_surface, describe_surface
 from viewer.surfacing.state import SurfacingState

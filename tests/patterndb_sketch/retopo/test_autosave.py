@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from patterndb_sketch import sessions
+from patterndb_sketch.recovery import EVERY, find_recoveries
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
-from patterndb_sketch.sessions import EVERY, find_recoveries
 from query.engine import PatternSource
 from tests.support.retopo.editors import SIZES, do, line
 from tests.support.retopo.networks import plane

@@ -59,13 +59,14 @@ def make_explorer(
 def make_retopo(settings: ShellSettings, folder: Path, surface: Any = None) -> ShellWindow:
     """Make the window of retopology, on a flat sheet unless another surface is given."""
     from patterndb_sketch.retopo.editor import Retopology
+    from patterndb_sketch.retopo.files import RetopoFiles
     from patterndb_sketch.retopo.script import Script
     from tests.support.viewer.sheets import sheet
     from viewer.retopo.docks import RetopoWindow
     from viewer.retopo.state import RetopoState
-    from viewer.retopo.window import RetopoSaver, RetopoWriter
+    from viewer.retopo.window import RetopoSaver
 
-    files = RetopoWriter(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
+    files = RetopoFiles(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
     state = RetopoState(Retopology(sheet() if surface is None else surface, starter()), files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)

@@ -7,13 +7,14 @@ import numpy as np
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, Word
 from patterndb_sketch.retopo.editor import TOOLS
+from patterndb_sketch.retopo.picking import find_upright
 from patterndb_sketch.retopo.tool import Result, Tool
 from query.engine import PatternSource
 from tests.support.viewer.sheets import at, curves, keys, opened, press, square, tube
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS
 from viewer.retopo.modes import list_modes, make_mode
-from viewer.retopo.pointing import find_upright, find_visible, pick_foot
+from viewer.retopo.pointing import find_visible, pick_foot
 
 
 def test_every_tool_of_the_table_has_a_mode_and_a_key_of_its_own() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import weld_patches
+from patterndb_sketch.retopo.filling.surface import FilledSurface
 from query.engine import PatternSource
 from tests.support.viewer.events import read
 from tests.support.viewer.sheets import (
@@ -27,7 +28,6 @@ from tests.support.viewer.sheets import (
 )
 from viewer import PictureFormatError, style
 from viewer.retopo import RetopoState, draw
-from viewer.retopo.body import NetworkBody
 from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, WRONG
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import VIEW_SIDES, find_side
@@ -234,21 +234,22 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     shown, placed = state.shown, state.shown.filled.placed[patch]
     wrong = replace(placed, flipped=np.array([0, 3], np.int32))
     found = replace(shown.filled, placed={patch: wrong})
-    body = NetworkBody.made_of(found, state.surface, shown.body.mesh)
+    body = FilledSurface.from_filled(found, state.surface, shown.body.mesh)
     assert np.flatnonzero(body.flipped).tolist() == [0, 1, 6, 7]
     none = replace(shown.filled, placed={})
+    empty = FilledSurface.from_filled(none, state.surface, weld_patches(none))
     for filled, made, told in (
         (found, body, "2 quads, in red"),
-        (none, NetworkBody.made_of(none, state.surface, weld_patches(none)), "0, 1 patch without"),
+        (none, empty, "0, 1 patch without"),
     ):
-        state.editing.work.shown = replace(shown, filled=filled, body=made)
+        state.editing.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)
         seen = RetopoPainter().compose(state, *ROOM).solid.colours
         # Light makes a colour darker, and leaves its hue.
         red = np.ptp(seen / parse_colour(WRONG), axis=2).max(axis=1) < 1e-5
         assert red.sum() == 4 if filled is found else red.sum() > 4
     assert state.editing.list_empty() == (patch,) and painted(state, WRONG) > 0
-    state.editing.work.shown = shown
+    state.editing.shown = shown
 
 
 def test_density_is_seen_while_it_is_painted(state: RetopoState) -> None:

@@ -11,6 +11,7 @@ from PySide6.QtGui import QFocusEvent
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QMessageBox
 
+from patterndb_sketch.retopo.files import RetopoFiles
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script
 from patterndb_sketch.retopo.session import RETOPO_SESSION
@@ -19,14 +20,14 @@ from tests.support.viewer.sheets import SQUARE, at
 from viewer.retopo import RetopoState
 from viewer.retopo.docks import RetopoWindow
 from viewer.retopo.modes import list_modes
-from viewer.retopo.window import RetopoSaver, RetopoWriter
+from viewer.retopo.window import RetopoSaver
 
 
 def test_the_window_does_what_it_is_told(
     tmp_path: Path, state: RetopoState, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = tmp_path / "sheet.retopo"
-    files = RetopoWriter(tmp_path, session, None, Script("sheet.obj", ()), None)
+    files = RetopoFiles(tmp_path, session, None, Script("sheet.obj", ()), None)
     state.editing.files = files
     saver = RetopoSaver(state, files, (720, 450))
     events = Events(saver, tmp_path, RetopoWindow, state.settle)
@@ -89,7 +90,7 @@ def test_the_window_does_what_it_is_told(
 
 
 def test_options_of_the_tool_are_fields(tmp_path: Path, state: RetopoState) -> None:
-    files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None)
+    files = RetopoFiles(tmp_path, None, None, Script("sheet.obj", ()), None)
     saver = RetopoSaver(state, files, (720, 450))
     events = Events(saver, tmp_path, RetopoWindow, state.settle)
     try:
@@ -108,7 +109,7 @@ def test_options_of_the_tool_are_fields(tmp_path: Path, state: RetopoState) -> N
 
 
 def test_letters_are_commands_whatever_field_was_used(tmp_path: Path, state: RetopoState) -> None:
-    files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None)
+    files = RetopoFiles(tmp_path, None, None, Script("sheet.obj", ()), None)
     events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)
     try:
         events.do("tool-cylinder")
@@ -139,7 +140,7 @@ def test_letters_are_commands_whatever_field_was_used(tmp_path: Path, state: Ret
 def test_what_is_typed_is_an_argument_of_mirror_and_draft(
     tmp_path: Path, state: RetopoState
 ) -> None:
-    files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None)
+    files = RetopoFiles(tmp_path, None, None, Script("sheet.obj", ()), None)
     events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)
     try:
         rows = {(mode.tool, option.name): row for mode, option, row in events.window._rows}
@@ -169,7 +170,7 @@ def test_a_session_that_another_window_saved_is_asked_about(
     tmp_path: Path, state: RetopoState, monkeypatch: pytest.MonkeyPatch, way: str
 ) -> None:
     path, other = tmp_path / "a.retopo", tmp_path / "b.retopo"
-    files = RetopoWriter(tmp_path, path, None, Script("sheet.obj", ()), None)
+    files = RetopoFiles(tmp_path, path, None, Script("sheet.obj", ()), None)
     state.editing.files = files
     files.save_session(state.surface, state.shown.state)
     events = Events(RetopoSaver(state, files, (720, 450)), tmp_path, RetopoWindow, state.settle)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from patterndb.core.polychord import polychords
 from patterndb.geometry.strips import pair_edges, trace_strip, trace_strips_at
 from patterndb_sketch.retopo.filling import RetopoMesh
+from patterndb_sketch.retopo.previews import find_nearest_edge
 from tests.support.viewer.sheets import (
     SQUARE,
     at,
@@ -22,7 +23,6 @@ from tests.support.viewer.sheets import (
     square,
 )
 from viewer.retopo import RetopoState
-from viewer.retopo.previews import find_nearest_edge
 
 PENTAGON = ((0.0, 2.0), (-1.9, 0.6), (-1.2, -1.6), (1.2, -1.6), (1.9, 0.6))
 

@@ -7,29 +7,30 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from patterndb_sketch.recovery import find_recoveries
 from patterndb_sketch.retopo.editor import Retopology
+from patterndb_sketch.retopo.files import RetopoFiles
 from patterndb_sketch.retopo.filling import RetopoMesh, weld_patches
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
-from patterndb_sketch.sessions import find_recoveries
 from query.engine import PatternSource
 from tests.support.viewer.events import read
 from tests.support.viewer.sheets import drag, keys, opened, sheet, square, tube
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState, show
 from viewer.retopo.keys import KEYS
-from viewer.retopo.window import RetopoSaver, RetopoWriter
+from viewer.retopo.window import RetopoSaver
 
 SIZE = (720, 450)
 
 
-def writer(folder: Path, **paths: Path) -> RetopoWriter:
+def writer(folder: Path, **paths: Path) -> RetopoFiles:
     def write_mesh(path: Path, mesh: RetopoMesh) -> None:
         path.write_text(f"{len(mesh.quads)} quads")
 
     session, script = paths.get("session"), paths.get("script")
-    return RetopoWriter(folder, session, script, Script("sheet.obj", ()), write_mesh)
+    return RetopoFiles(folder, session, script, Script("sheet.obj", ()), write_mesh)
 
 
 def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: PatternSource) -> None:
@@ -84,9 +85,7 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
     autosave = autosave_session(
         RetopoSession(state.surface, state.shown.state), folder=tmp_path, clock=lambda: now[0]
     )
-    state.editing.files = RetopoWriter(
-        tmp_path, None, None, Script("sheet.obj", ()), None, autosave
-    )
+    state.editing.files = RetopoFiles(tmp_path, None, None, Script("sheet.obj", ()), None, autosave)
     square(state)
     state.poll()
     assert list(tmp_path.iterdir()) == []

@@ -111,7 +111,7 @@ def test_while_quads_are_made_all_else_goes_on(
         assert state.wheel(1.0) and state.drag_view(3.0, 0.0)
         KEYS.press(state, "a")
         state.move(*at(state, (1.6, 0.0)))
-        state.tool._latest.wait()
+        state.editing._previews.wait()
         state.poll()
         assert state.tool.preview is not None and state.tool.preview.network is state.network
         assert state.tool.preview.count > 0
@@ -174,7 +174,7 @@ def test_escape_stops_a_long_fill(state: RetopoState, monkeypatch: pytest.Monkey
         state.move(*at(state, (1.0, 1.0)))
         assert state.tool.foot is not None, "the pointer goes on"
         assert state.leave()
-        state.editing.work.wait()
+        state.editing.wait()
         state.poll()
     assert state.message == "subdivide was stopped; nothing is changed"
     assert state.shown.state.same(before) and state.shown.undoable == undoable

@@ -1,4 +1,4 @@
-"""The quads of a filled network made ready to be drawn and pointed at, whatever the view."""
+"""The quads of a filled network as triangles, to be drawn and pointed at."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.filling import (
+from patterndb_sketch.retopo.filling.mesh import (
     FilledNetwork,
     RetopoMesh,
     find_irregular_vertices,
     find_open_edges,
 )
 from patterndb_sketch.retopo.filling.report import cut_fans
-from viewer.skin import Skin
 
 #: A point this near to a quad, in median edges, is on it.
 ON = 0.75
@@ -34,12 +33,12 @@ NO_PATCH = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class NetworkBody:
+class FilledSurface:
     """All quads as triangles, with what lies on them.
 
     mesh:    what they are of, as it is saved.
-    skin:    (t,) triangles, the two halves of a quad one after another, then those of faces that
-             were given.
+    corners: (t, 3, 3) triangles, the two halves of a quad one after another, then those of faces
+             that were given. normals: (t, 3, 3) there.
     owner:   (t,) int32, the patch of each, -1 for such faces. sides: (t,) int32, how many sides it
              has, 0 for such faces.
     flipped: (t,) bool, is its quad clockwise, or does it cross itself?
@@ -52,7 +51,8 @@ class NetworkBody:
     """
 
     mesh: RetopoMesh
-    skin: Skin
+    corners: Points
+    normals: Points
     owner: Int32Array
     sides: Int32Array
     flipped: NDArray[np.bool_]
@@ -69,9 +69,11 @@ class NetworkBody:
     _sound: NDArray[np.int64]
 
     @classmethod
-    def made_of(cls, found: FilledNetwork, surface: Surface, mesh: RetopoMesh) -> NetworkBody:
-        """Of a filled network on a surface; mesh: all its quads, with their images if there are
-        any."""
+    def from_filled(cls, found: FilledNetwork, surface: Surface, mesh: RetopoMesh) -> FilledSurface:
+        """Cut the quads of a filled network on a surface.
+
+        mesh: all its quads, with their images if there are any.
+        """
         quads, at = mesh.quads, mesh.vertices
         # Along the shorter diagonal: a bent quad is nearer to the surface so.
         corner = at[quads]
@@ -84,9 +86,9 @@ class NetworkBody:
         kept = cut_fans(mesh.kept)
         cut = np.concatenate([cut, kept])
         owner = np.concatenate([np.repeat(mesh.patch, 2), np.full(len(kept), NO_PATCH, np.int32)])
-        corners = {p: len(found.network.patches[p].corners) for p in found.placed}
-        corners[NO_PATCH] = 0
-        sides = np.array([corners[p] for p in owner.tolist()], np.int32)
+        counts = {p: len(found.network.patches[p].corners) for p in found.placed}
+        counts[NO_PATCH] = 0
+        sides = np.array([counts[p] for p in owner.tolist()], np.int32)
         tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
         pairs = np.stack([tail, head], axis=1)
         named = np.concatenate([np.repeat(mesh.patch, 4)[:, None], pairs], axis=1)
@@ -104,13 +106,13 @@ class NetworkBody:
         around[quads.ravel()] = np.repeat(mesh.patch, 4)
         lengths = np.linalg.norm(at[tail] - at[head], axis=1)
         edge = float(np.median(lengths)) if len(lengths) else 0.0
-        skin = Skin(at[cut], mesh.normals[cut])
         area = np.cross(at[cut[:, 1]] - at[cut[:, 0]], at[cut[:, 2]] - at[cut[:, 0]])
         sound = np.flatnonzero(np.linalg.norm(area, axis=1) > 0.0)
         cover = Surface.from_arrays(at, cut[sound]) if len(sound) else None
         return cls(
             mesh,
-            skin,
+            at[cut],
+            mesh.normals[cut],
             owner.astype(np.int32),
             sides,
             np.pad(np.repeat(_flipped(found, len(quads)), 2), (0, len(kept))),
@@ -128,14 +130,22 @@ class NetworkBody:
         )
 
     def patch_at(self, point: Points) -> int | None:
-        """The patch whose quads a point (3,) of the surface is on."""
+        """Return the patch whose quads a point (3,) of the surface is on."""
         found = self._find_triangle(point)
         return None if found is None else int(self.owner[found])
 
     def quad_at(self, point: Points) -> int | None:
-        """The quad of the mesh that a point (3,) of the surface is on."""
+        """Return the quad of the mesh that a point (3,) of the surface is on."""
         found = self._find_triangle(point)
         return None if found is None else found // 2
+
+    def point_in(self, patch: int) -> Points | None:
+        """Return a point (3,) within a patch that has quads, near its middle; None without."""
+        own = np.flatnonzero(self.owner == patch)
+        if not len(own):
+            return None
+        middles = self.corners[own].mean(axis=1)
+        return middles[int(np.linalg.norm(middles - middles.mean(axis=0), axis=1).argmin())]
 
     def _find_triangle(self, point: Points) -> int | None:
         """Which triangle of a quad a point (3,) of the surface is on."""
@@ -157,7 +167,7 @@ def _flipped(found: FilledNetwork, count: int) -> NDArray[np.bool_]:
 
 
 def _under(surface: Surface, cover: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
-    """See :class:`NetworkBody`; owner: of its triangles."""
+    """See :class:`FilledSurface`; owner: of its triangles."""
     under = np.full(len(surface.vertices), -1, np.int32)
     if cover is None:
         return under
