@@ -8,7 +8,7 @@ Read in this order. Flat pictures: :mod:`~viewer.drawing` cuts a disk that was l
 :mod:`~viewer.picture`, :mod:`~viewer.facts`, :mod:`~viewer.slider`,
 :mod:`~viewer.nearness`; and :mod:`viewer.shell`, the window that they have on a screen. The pattern
 browser: :mod:`~viewer.browser_state`, :mod:`~viewer.browser`. The fill explorer:
-:mod:`~viewer.finder`, :mod:`~viewer.explorer_state`, :mod:`~viewer.explorer_picture`,
+:mod:`patterndb_sketch.exploration`, :mod:`~viewer.explorer_state`, :mod:`~viewer.explorer_picture`,
 :mod:`~viewer.explore`. The folders hold a viewer each. A viewer's state, its commands and its
 pictures know no Qt; only its ``*_window`` or ``docks`` module does, and the shell.
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb_sketch.exploration import EXPLORATION_SESSION, ExplorationStep
 from patterndb_sketch.recovery import WorkKeeper
 from patterndb_sketch.sessions import digest_arrays
 from query import Boundary, Fill, Stroke
@@ -17,7 +18,7 @@ from query.placing import Surface
 from viewer import saver, style
 from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
-from viewer.explorer_state import EXPLORER_SESSION, ExplorerState, ExplorerStep
+from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.pointerstroke import PointerMode
@@ -143,11 +144,13 @@ class ExplorerSaver(saver.Saver):
         surface = self.state.surface
         of = "a plane" if surface is None else digest_arrays(surface.vertices, surface.triangles)
         self.keep_by(
-            WorkKeeper(EXPLORER_SESSION, of, self.kept_work(), self._folder, ExplorerStep.is_like)
+            WorkKeeper(
+                EXPLORATION_SESSION, of, self.kept_work(), self._folder, ExplorationStep.is_like
+            )
         )
 
-    def kept_work(self) -> ExplorerStep:
-        return self.state.steps.now
+    def kept_work(self) -> ExplorationStep:
+        return self.state.exploration.steps.now
 
     def draw_live(self, width: float, height: float) -> Drawn:
         return compose_explorer(self.state, width, height)
@@ -167,7 +170,7 @@ class ExplorerSaver(saver.Saver):
         return HINTS[self.state.mode]
 
     def would_lose(self) -> str:
-        lost = self.state.drawn_here and self._write_obj is not None
+        lost = self.state.exploration.drawn_here and self._write_obj is not None
         return "What was drawn here is not saved: no fill of it was." if lost else ""
 
     def save_ways(self) -> tuple[SaveWay, ...]:
@@ -189,7 +192,7 @@ class ExplorerSaver(saver.Saver):
             return "fills cannot be saved here: no way to write them was given"
         write = self._write_obj
         self.known.save(path, lambda: write(path, placed.fill, placed.placement.vertices))
-        self.state.drawn_here = False
+        self.state.exploration.drawn_here = False
         self.note_saved()
         if self._accept is None:
             return f"saved {path}"

@@ -19,7 +19,7 @@ def _change(do: Callable[[ExplorerState], object]) -> Callable[[ExplorerState], 
 
     def run(state: ExplorerState) -> None:
         do(state)
-        state.keep_step()
+        state.exploration.keep_step()
 
     return run
 
@@ -62,10 +62,10 @@ def _leave(state: ExplorerState) -> None:
 COMMANDS: tuple[Command[ExplorerState], ...] = (
     Command("undo", "Undo", "Edit", ("z", "Ctrl+Z"), lambda e: e.undo(),
             "Take back the last change of boundary, strokes or wishes",
-            enabled=lambda e: bool(e.steps.undoable or e.pen.clicked), bar=True),
+            enabled=lambda e: bool(e.exploration.steps.undoable or e.pen.clicked), bar=True),
     Command("redo", "Redo", "Edit", ("Z", "Ctrl+Shift+Z"), lambda e: e.redo(),
             "Do again what was taken back last",
-            enabled=lambda e: bool(e.steps.redoable), bar=True),
+            enabled=lambda e: bool(e.exploration.steps.redoable), bar=True),
     Command("draw-boundary", "Draw boundary", "Draw", ("b",),
             _change(lambda e: _enter(e, PointerMode.CORNERS)),
             "Click the corners of a boundary one after another",
@@ -92,15 +92,16 @@ COMMANDS: tuple[Command[ExplorerState], ...] = (
             _change(lambda e: e.change_length(1)),
             "One edge more on the side at the pointer", enabled=_has_boundary),
     Command("coarser", "Coarser", "Boundary", ("[",),
-            _change(lambda e: e.scale_lengths(1.0 / FINER)),
+            _change(lambda e: e.exploration.scale_lengths(1.0 / FINER)),
             "Fewer edges on all sides", enabled=_has_boundary, bar=True),
-    Command("finer", "Finer", "Boundary", ("]",), _change(lambda e: e.scale_lengths(FINER)),
+    Command("finer", "Finer", "Boundary", ("]",),
+            _change(lambda e: e.exploration.scale_lengths(FINER)),
             "More edges on all sides", enabled=_has_boundary, bar=True),
     Command("toggle-corner", "Convex or reflex corner", "Boundary", ("c",),
             _change(lambda e: e.toggle_corner()),
             "Make the corner at the pointer reflex, or convex", enabled=_has_boundary),
     Command("other-side", "Fill the other side", "Boundary", ("k",),
-            _change(lambda e: e.reverse()),
+            _change(lambda e: e.exploration.reverse()),
             "Fill what is on the other side of the boundary", enabled=_has_boundary),
     Command("previous-fill", "Previous fill", "Fill", ("Left",), lambda e: e.finder.step(-1),
             enabled=lambda e: e.finder.rank > 0, bar=True),

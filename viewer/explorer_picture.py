@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.fillfinder import FillFinder
 from viewer import style
 from viewer.card import format_count, format_valences
 from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet, LegendEntry
-from viewer.finder import FillFinder
 from viewer.net import Net
 from viewer.painting import make_bars
 from viewer.picture import Drawn
@@ -47,7 +47,7 @@ def compose_explorer(state: ExplorerState, width: float, height: float) -> Drawn
     state.camera.fill(width, height)
     placed = None if state.hiding else state.finder.placed
     # What was found before the boundary changed stays in sight until there is something new.
-    former = None if state.hiding or placed is not None else state.former
+    former = None if state.hiding or placed is not None else state.exploration.former
     net = placed.net if placed is not None else None if former is None else former.net
     solid = Solid.of(state.camera.view, middle, state.surface, net, faded=former is not None)
     painter = _Painter(state, scene, Hiding(solid, width, height), middle)

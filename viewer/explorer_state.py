@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -11,20 +10,17 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
-from patterndb.system.documents import JsonValue
 from patterndb.system.numbers import TOLERANCE
-from patterndb_sketch.history import History
-from patterndb_sketch.sessions import SessionFormat
-from query import Boundary, Stroke
+from patterndb_sketch.exploration import Exploration, ExplorationStep
+from patterndb_sketch.fillfinder import LIMIT
+from query import Boundary, Fill, Stroke
 from query.contour import Contour
 from query.drawingbase import DrawingBase
 from query.engine import PatternSource
-from query.errors import InvalidQueryError
-from query.placing import Surface
-from viewer.background import Placed
+from query.placing import Placement, Region, Surface
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
-from viewer.finder import LIMIT, FillFinder
 from viewer.nearness import SIDE_REACH
+from viewer.net import Net
 from viewer.pointerstroke import PointerMode, PointerStroke
 
 #: Part of the picture's lesser size that a boundary is fitted into: its numbers need room.
@@ -32,49 +28,6 @@ FITTED = 0.76
 
 #: What is upright on a turntable: most meshes stand along y.
 UPWARD = (0.0, 1.0, 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class FinderChoices:
-    """What of a finder undo brings back; fields as of :class:`viewer.finder.FillFinder`."""
-
-    tolerance: int
-    order: str | None
-    strict: bool
-    folded: bool
-    following: bool
-    max_irregular: int | None
-    max_valence: int | None
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ExplorerStep:
-    """What is asked for: all that undo brings back, and that is kept in case of a crash."""
-
-    contour: Contour | None
-    strokes: tuple[Stroke, ...]
-    choices: FinderChoices
-
-    def is_like(self, other: ExplorerStep) -> bool:
-        """Is the same asked for?"""
-        return (
-            self.contour is other.contour
-            and [id(one) for one in self.strokes] == [id(one) for one in other.strokes]
-            and self.choices == other.choices
-        )
-
-
-def _open_step(step: ExplorerStep, place: JsonValue) -> ExplorerStep:
-    """Return a step that was read; raises InvalidQueryError for sides that are not polylines."""
-    for i, side in enumerate(() if step.contour is None else step.contour.sides):
-        if side.shape != (len(side), 3) or len(side) < 2:
-            place.at("contour", "sides", i).fail("a side needs two points [x, y, z] or more")
-    return step
-
-
-EXPLORER_SESSION: SessionFormat[ExplorerStep, ExplorerStep] = SessionFormat(
-    "explore", InvalidQueryError, ExplorerStep, lambda step: step, _open_step
-)
 
 
 class ExplorerCamera(Camera):
@@ -94,12 +47,24 @@ class ExplorerCamera(Camera):
         return fit_view(points, toward, up, room, room)
 
 
+def prepare_net(
+    fill: Fill,
+    placement: Placement,
+    region: Region | None,
+    boundary: Boundary,
+    strokes: Sequence[Stroke],
+    tolerance: int,
+) -> Net:
+    """Make what is drawn of a placed fill."""
+    return Net.of(fill, placement, region, boundary.corner_counts, strokes, tolerance)
+
+
 class ExplorerState(ViewerState[ExplorerCamera]):
     """A boundary on a surface, strokes, the fills that stream in, and how they are looked at.
 
     surface: what is drawn and placed on; None is the plane of the boundary. boundary: its
     vertices placed, or None to have one drawn. strokes: on it. tolerance, limit: as for
-    :func:`query.fills`. folded: see :class:`viewer.finder.FillFinder`.
+    :func:`query.fills`. folded: see :class:`patterndb_sketch.fillfinder.FillFinder`.
     """
 
     def __init__(
@@ -114,29 +79,33 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         folded: bool = True,
     ) -> None:
         #: What is asked, and the fills that were found.
-        self.finder = FillFinder(source, surface, strokes, tolerance, limit, folded)
+        self.exploration = Exploration(
+            source,
+            boundary,
+            surface=surface,
+            strokes=strokes,
+            tolerance=tolerance,
+            limit=limit,
+            folded=folded,
+            prepare=prepare_net,
+        )
+        self.finder = self.exploration.finder
         self.hiding = False
         #: The side that is shown as chosen, whatever the pointer is on.
         self.meant_side: int | None = None
         self.strips_shown = True
         self.mode = PointerMode.LOOK
-        self.contour: Contour | None = None
         self.base = DrawingBase(surface)
+        if boundary is not None and surface is None:
+            self.base = DrawingBase.of_boundary(boundary)
         self._turning = False
-        if boundary is not None:
-            self.contour = Contour.of(boundary)
-            if surface is None:
-                self.base = DrawingBase.of_boundary(boundary)
         self.pen = PointerStroke(self.base)
-        #: The fill that was shown before the boundary was changed, until there is another.
-        self.former: Placed | None = None
-        #: Was a boundary or a stroke drawn here since a fill was saved?
-        self.drawn_here = False
         super().__init__(ExplorerCamera(self), self.finder)
-        if self.contour is not None:
-            self._change(self.contour)
-        #: What was asked for, step by step.
-        self.steps = History(self._step())
+
+    @property
+    def contour(self) -> Contour | None:
+        """The boundary with its sides, None while there is none."""
+        return self.exploration.contour
 
     @property
     def surface(self) -> Surface | None:
@@ -157,48 +126,21 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         """End what is going on, and wait until the source is not in use any more."""
         self.finder.close()
 
-    # Steps back and forward
-
-    def keep_step(self) -> None:
-        """Keep what was asked for before, if it has changed; call it after whatever may have."""
-        now = self._step()
-        if not now.is_like(self.steps.now):
-            self.steps.step(now)
-
     def undo(self) -> None:
         """Ask for what was asked before; while corners are clicked, take the last back."""
         if self.mode is PointerMode.CORNERS and self.pen.clicked:
             self.pen.undo_corner()
-        else:
-            self._turn(self.steps.undo(), "there is nothing to take back")
+        elif self.exploration.undo():
+            self.leave()
 
     def redo(self) -> None:
         """Ask again for what was taken back last."""
-        self._turn(self.steps.redo(), "there is nothing to do again")
+        if self.exploration.redo():
+            self.leave()
 
-    def _turn(self, turned: bool, otherwise: str) -> None:
-        if not turned:
-            self.message = otherwise
-            return
-        self._show_step(self.steps.now)
-
-    def _show_step(self, step: ExplorerStep) -> None:
+    def take_work(self, work: ExplorationStep) -> None:
         self.leave()
-        for one in fields(step.choices):
-            setattr(self.finder, one.name, getattr(step.choices, one.name))
-        self.finder.strokes = list(step.strokes)
-        self.contour = step.contour
-        self._ask()
-
-    def take_work(self, work: ExplorerStep) -> None:
-        self._show_step(work)
-        self.keep_step()
-        self.drawn_here = True
-
-    def _step(self) -> ExplorerStep:
-        names = [one.name for one in fields(FinderChoices)]
-        choices = FinderChoices(*(getattr(self.finder, name) for name in names))
-        return ExplorerStep(self.contour, tuple(self.finder.strokes), choices)
+        self.exploration.take_work(work)
 
     # The boundary
 
@@ -208,26 +150,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if self.contour is None or side is None:
             self.message = "put the pointer on a side of the boundary"
             return
-        self._change(self.contour.lengthened(side, by))
-
-    def scale_lengths(self, factor: float) -> None:
-        """More or fewer edges on all sides."""
-        if self.contour is None:
-            return
-        try:
-            self._change(self.contour.scaled(factor))
-        except PatternDBError as error:
-            self.message = str(error)
-
-    def list_even_lengths(self) -> list[tuple[int, int]]:
-        """List sides and the numbers of edges, one more or fewer, that would make the perimeter
-        even; none if it is even."""
-        return [] if self.contour is None else self.contour.list_even_lengths()
-
-    def choose_length(self, side: int, length: int) -> None:
-        """Give a side another number of edges."""
-        if self.contour is not None:
-            self._change(self.contour.lengthened(side, length - self.contour.lengths[side]))
+        self.exploration.change(self.contour.lengthened(side, by))
 
     def toggle_corner(self) -> None:
         """Make the corner under the pointer reflex, or convex."""
@@ -235,12 +158,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if self.contour is None or corner is None:
             self.message = "put the pointer on a corner of the boundary"
             return
-        self._change(self.contour.toggled(corner))
-
-    def reverse(self) -> None:
-        """Fill what is on the other side of the boundary."""
-        if self.contour is not None:
-            self._change(self.contour.reversed())
+        self.exploration.change(self.contour.toggled(corner))
 
     # Drawing
 
@@ -274,11 +192,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
             self.message = str(error)
             return
         self.leave()
-        self.finder.strokes = []
-        self.drawn_here = True
-        self._change(contour)
-        # That of another boundary altogether is of no use.
-        self.former = None
+        self.exploration.begin(contour)
 
     # The pointer, at places of the picture in points from its middle
 
@@ -308,7 +222,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         self.message = ""
         if self.mode is PointerMode.CORNERS:
             self._click(x, y)
-            self.keep_step()
+            self.exploration.keep_step()
         else:
             self.pen.extend(self.camera.view, x, y)
             if not self.pen.line:
@@ -323,7 +237,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
         if self.pen.line:
             self.pen.extend(self.camera.view, x, y)
             self._end_stroke()
-            self.keep_step()
+            self.exploration.keep_step()
             return True
         return False
 
@@ -392,40 +306,7 @@ class ExplorerState(ViewerState[ExplorerCamera]):
             self.pen.lift()
             return
         self.leave()
-        self.finder.strokes.append(stroke)
-        self.drawn_here = True
-        self.finder.restart()
-
-    def _change(self, contour: Contour) -> None:
-        """Another boundary: strokes are drawn on it anew, and fills are asked for."""
-        self.contour = contour
-        self._ask(redraw=True)
-
-    def _ask(self, *, redraw: bool = False) -> None:
-        """Ask for fills of the boundary as it is now; redraw: strokes were drawn on another."""
-        self.former = self.finder.placed or self.former
-        self.finder.boundary = None
-        if self.contour is not None:
-            try:
-                self.finder.boundary = self.contour.boundary()
-            except PatternDBError as error:
-                self.message = str(error)
-        if redraw and self.finder.boundary is not None:
-            self._redraw_strokes(self.finder.boundary)
-        self.finder.restart()
-
-    def _redraw_strokes(self, boundary: Boundary) -> None:
-        kept: list[Stroke] = []
-        for stroke in self.finder.strokes:
-            try:
-                if stroke.points is not None and not stroke.is_loop:
-                    stroke = Stroke.drawn(boundary, stroke.points)
-                stroke.refuse_unless_on(boundary)
-            except PatternDBError as error:
-                self.message = f"a stroke was dropped: {error}"
-            else:
-                kept.append(stroke)
-        self.finder.strokes = kept
+        self.exploration.add_stroke(stroke)
 
     def list_looked_at(self) -> tuple[Points, Points, float]:
         """The points (n, 3) that the view is fitted to, the direction (3,) that they face, and

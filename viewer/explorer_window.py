@@ -19,12 +19,12 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from patterndb_sketch.fillfinder import MAX_TOLERANCE
 from query import Boundary, Fill, Stroke
 from viewer.card import format_count
 from viewer.drawing import draw_disk
 from viewer.explorer_state import ExplorerState
 from viewer.fillcard import make_fill_card
-from viewer.finder import MAX_TOLERANCE
 from viewer.shell.docks import Dock, PictureKey, Thumbnail, ThumbnailList, make_count_field
 from viewer.shell.qtpaint import paint_thumbnail
 from viewer.shell.window import ShellWindow
@@ -185,7 +185,7 @@ class ExplorerWindow(ShellWindow):
 
     def _wish(self, do: Callable[[], object]) -> None:
         """A wish is a step that can be taken back."""
-        self.change(lambda: (do(), self.state.keep_step()))
+        self.change(lambda: (do(), self.state.exploration.keep_step()))
 
     def _choose_order(self, number: int) -> None:
         name = self.order.itemData(number)
@@ -207,13 +207,15 @@ class ExplorerWindow(ShellWindow):
         self.tolerance.setEnabled(bool(finder.strokes))
         self.folded.setChecked(finder.folded)
         contour = self.state.contour
-        self.even.offer(() if contour is None else contour.lengths, self.state.list_even_lengths())
+        self.even.offer(
+            () if contour is None else contour.lengths, self.state.exploration.list_even_lengths()
+        )
         self.even.setVisible(bool(self.even.offered))
         self.thumbnails.setVisible(not self.even.offered)
 
     def _make_even(self, side: int, length: int) -> None:
         self._mean_side(None)
-        self._wish(lambda: self.state.choose_length(side, length))
+        self._wish(lambda: self.state.exploration.choose_length(side, length))
 
     def _mean_side(self, side: int | None) -> None:
         """Show which side a button is about."""

@@ -93,3 +93,22 @@ def _regular(n: int) -> Points:
 def _star(n: int) -> Points:
     radius = np.where(np.arange(2 * n) % 2, 0.62, 1.25)
     return _regular(2 * n) * radius[:, None]
+
+
+#: After Okabe and Ito, as colour-blind readers can tell them apart, darker than theirs: lines
+#: are thin. In the order of being drawn.
+CURVE_COLOURS = (
+    "#0b63b5",
+    "#d1570c",
+    "#08855f",
+    "#b1478a",
+    "#a87b00",
+    "#6a48c8",
+    "#2a93c4",
+    "#a33238",
+)
+
+
+def choose_curve_colour(key: int) -> str:
+    """Choose the colour of a curve by its key: it keeps it while others come and go."""
+    return CURVE_COLOURS[key % len(CURVE_COLOURS)]

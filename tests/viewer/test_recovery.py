@@ -57,14 +57,14 @@ def draw_boundary(saver: Saver) -> None:
         state.press(x, y)
         state.release(x, y)
     state.close_boundary()
-    state.keep_step()
+    state.exploration.keep_step()
     state.begin(PointerMode.STROKE)
     state.press(0.0, -80.0)
     for y in np.linspace(-80.0, 80.0, 9).tolist():
         state.move(2.0, y)
     state.release(2.0, 80.0)
     state.finder.toggle_strict()
-    state.keep_step()
+    state.exploration.keep_step()
     assert len(state.finder.strokes) == 1
 
 
@@ -74,10 +74,10 @@ def switch_and_ink(saver: Saver) -> None:
     state = saver.state
     saver.drawn()
     edits, made = state.surfaces.edits, state.surfaces.made
-    cycles = [made.wish.whole(patch.cycle) for patch in state.surfaces.patches]
-    state.steps.step(edits.switched_off(cycles[0]).with_method_of(cycles[1], "chords"))
+    cycles = [made.request.whole(patch.cycle) for patch in state.surfaces.patches]
+    state.surfaces.steps.step(edits.switched_off(cycles[0]).with_method_of(cycles[1], "chords"))
     state.surfaces.ask()
-    state.change_alpha(0.25)
+    state.surfaces.change_alpha(0.25)
     state.settle()
     state.poll()
     state.begin_drawing()
@@ -103,7 +103,7 @@ def tell_question(saver: Saver) -> object:
         [side.tolist() for side in contour.sides],
         (contour.corners, contour.lengths, contour.placed),
         [(one.start, one.end, one.points.tolist()) for one in state.finder.strokes],
-        state.steps.now.choices,
+        state.exploration.steps.now.choices,
         [fill.pattern.name for fill in state.finder.fills],
     )
 
@@ -181,8 +181,9 @@ def test_what_a_crash_left_is_one_step_and_goes_when_it_is_saved(tmp_path: Path,
     assert tell(saver) == was and saver.would_lose() and path.exists()
     saver.state.recover()
     assert saver.state.message == "there is nothing that a crash left"
-    steps = saver.state.shaping.steps if name == "shape-model" else saver.state.steps
-    assert steps.undoable == 1
+    state = saver.state
+    work = {"explore": "exploration", "surface": "surfaces", "shape-model": "shaping"}[name]
+    assert getattr(state, work).steps.undoable == 1
     # A crash now leaves one file or the other.
     keep_now(saver)
     assert len(list(tmp_path.iterdir())) == 2

@@ -157,15 +157,16 @@ def test_what_a_crash_left_of_an_older_session_does_not_replace_it(
 
 
 def open_features(folder: Path) -> Any:
+    from patterndb_sketch.features.files.curvefiles import FeatureFiles
     from patterndb_sketch.features.session import FEATURE_SESSION
     from tests.support.viewer.tents import opened
-    from viewer.features.window import FeatureSaver, FeatureWriter
+    from viewer.features.window import FeatureSaver
 
     path = folder / "tent.session"
     state = opened(FEATURE_SESSION.read(path)) if path.exists() else opened()
-    files = FeatureWriter(folder, path)
+    files = FeatureFiles(folder, path)
     state.editing.files = files
-    files.watch(state, "tent.obj")
+    state.editing.watch("tent.obj")
     return FeatureSaver(state, files, SIZE)
 
 

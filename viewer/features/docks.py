@@ -21,10 +21,10 @@ from viewer import style
 from viewer.card import format_count
 from viewer.commands import Command
 from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, name_axis
-from viewer.features.snapping import choose_curve_colour
 from viewer.features.state import FeatureState
 from viewer.shell.docks import Dock, SliderPanel, SliderRow, make_form
 from viewer.shell.window import ShellWindow
+from viewer.style import choose_curve_colour
 
 #: What the sliders do.
 TIPS = {
@@ -71,7 +71,7 @@ class FeatureWindow(ShellWindow):
         self.axis.setPlaceholderText("another direction")
         self.axis.setToolTip("The axis that the isophote angle is measured from")
         self.axis.textActivated.connect(
-            lambda name: self.change(lambda: self.state.editing.choose_axis(name))
+            lambda name: self.change(lambda: self.state.editing.choose_axis(AXIS_OF[name]))
         )
         self.degree.setRange(*DEGREES)
         self.degree.setToolTip("The degree of the spline")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from viewer.commands import Command
-from viewer.features.sliders import name_axis
+from viewer.features.sliders import AXIS_OF, name_axis
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect, KeyMap
 from viewer.modelcommands import model_commands
@@ -33,7 +33,7 @@ def _slide(name: str, title: str, key: str, by: float, tip: str) -> Command[Feat
         f"{what.capitalize()} {title}",
         "Fit",
         (key,),
-        lambda s: s.editing.slide(name, by),
+        lambda s: s.slide(name, by),
         tip,
     )
 
@@ -80,7 +80,7 @@ COMMANDS: tuple[Command[FeatureState], ...] = (
     _slide("angle", "isophote angle", "]", SLIDE, "Follow a greater angle to the axis"),
     *(
         Command(f"axis-{name}", f"Axis {name}", "Fit", (name,),
-                lambda s, name=name: s.editing.choose_axis(name),
+                lambda s, name=name: s.editing.choose_axis(AXIS_OF[name]),
                 f"Measure the isophote angle from {name}",
                 checked=lambda s, name=name: name_axis(s.editing.shown_settings) == name)
         for name in "xyz"

@@ -10,11 +10,11 @@ from viewer import style
 from viewer.axes import draw_axes
 from viewer.features.pointing import PIN
 from viewer.features.sliders import name_axis
-from viewer.features.snapping import choose_curve_colour
 from viewer.features.state import FeatureState
 from viewer.picture import Drawn, Frame
 from viewer.skin import Shading
 from viewer.solid import Triangles, dash_line, make_discs, make_ribbons
+from viewer.style import choose_curve_colour
 
 # Colours of curves: strong enough to stand out from a grey model.
 

@@ -9,12 +9,13 @@ import numpy as np
 
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
+from patterndb_sketch.features.editing import FeatureEditing
 from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits
+from patterndb_sketch.features.files.curvefiles import FeatureFiles
 from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.buttonpress import ButtonPress
 from viewer.camera import ModelCamera, ViewerState
-from viewer.features.editing import FeatureEditing, FeatureFiles
 from viewer.features.pointing import (
     CurveUnderPointer,
     find_surface_point,
@@ -23,7 +24,7 @@ from viewer.features.pointing import (
     make_matrix_camera,
     to_picture_place,
 )
-from viewer.features.sliders import get_slider_value, replace_value
+from viewer.features.sliders import SLIDERS, get_slider_value, replace_value
 from viewer.nearness import PIN_REACH
 from viewer.skin import Skin
 
@@ -102,6 +103,12 @@ class FeatureState(ViewerState[ModelCamera]):
             return
         self.editing.selected = curve.key
         self.editing.revise(curve.unpinned(under.pin))
+
+    def slide(self, name: str, by: float) -> None:
+        """Move a slider by a part of its length."""
+        settings, slider = self.editing.shown_settings, SLIDERS[name]
+        value = slider.moved(get_slider_value(settings, name), by)
+        self.editing.change(replace_value(settings, name, value))
 
     # Sliders, which change the curve that is drawn or selected, and the next one
 

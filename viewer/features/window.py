@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 
-from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb.system.files import replace_file
 from patterndb.system.knownfiles import KnownFiles
 from patterndb_sketch.features.edits import FeatureEdits
-from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.files.networkjson import write_network
-from patterndb_sketch.features.registration import FeatureCurves
-from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
+from patterndb_sketch.features.files.curvefiles import FeatureFiles
+from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
-from patterndb_sketch.recovery import Autosave, SessionWriter
 from viewer import saver
 from viewer.facts import FactSheet
 from viewer.features.facts import describe_features, tell_hint
@@ -58,9 +53,9 @@ def show(
     check_display()
 
     def make_saver(on: Surface, begun: FeatureSession, path: Path | None) -> FeatureSaver:
-        files = FeatureWriter(Path(folder), path, None, known)
+        files = FeatureFiles(Path(folder), path, None, known)
         state = FeatureState(on, session=begun, settings=settings, files=files)
-        state.message = files.watch(state, begun.mesh)
+        state.editing.watch(begun.mesh)
         return FeatureSaver(state, files, window_size)
 
     def open_another(path: Path) -> FeatureSaver:
@@ -94,7 +89,7 @@ def draw(
     """
     pressed = KEYS.check(keys)
     path = check_png(path)
-    files = FeatureWriter(path.parent, None)
+    files = FeatureFiles(path.parent, None)
     state = FeatureState(model, session=session, files=files)
     try:
         shell = FeatureSaver(state, files, size)
@@ -107,79 +102,6 @@ def draw(
     return state
 
 
-class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
-    """Writes files into a folder under names that are free; the session always into one."""
-
-    unnamed = "unnamed-features"
-
-    def watch(self, state: FeatureState, mesh: str) -> str:
-        """Keep what is drawn on a model from now on in case of a crash, and read what one left.
-
-        mesh: the name of the model's file. Says that there is something; "" if there is not.
-        """
-        editing = state.editing
-        self.autosave = Autosave(
-            lambda edits: FEATURE_SESSION.encode(editing.session(edits)),
-            editing.edits,
-            session=self.session_path,
-            base="" if self.session_path is None else self.known.digest(self.session_path),
-            folder=self._folder,
-            unnamed=self.unnamed,
-        )
-
-        def read(path: Path) -> FeatureSession | str:
-            kept = FEATURE_SESSION.read(path)
-            return kept if kept.mesh == mesh else (
-                f"of another model, {kept.mesh or 'unnamed'}; rename it to end in .session, and "
-                "give it as --session with that model to go on from it"
-            )  # fmt: skip
-
-        return self.find_recovery(read)
-
-    def read_again(self) -> FeatureSession:
-        """Read the session that is in the file by now."""
-        if self.session_path is None:
-            raise InvalidFeatureError("there is no session to be read: none was saved yet")
-        self.known.note(self.session_path)
-        return FEATURE_SESSION.read(self.session_path)
-
-    def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str:
-        """Replace the session's file, whole or not at all."""
-        path = self.session_path or self.free("features", ".session")
-        self.replace_session(path, lambda: FEATURE_SESSION.write(path, session))
-        self.note_saved(edits, path)
-        return f"saved {path}"
-
-    def save_network(self, network: FeatureCurves) -> str:
-        """Write a network of curves."""
-        if not network.curves:
-            return "there is no curve to save"
-        path = self.free("curves", ".json")
-        write_network(path, network)
-        return f"saved {path}"
-
-    def save_lines(self, lines: Mapping[str, Points]) -> str:
-        """Write polylines (k, 3) by name to an OBJ file."""
-        if not lines:
-            return "there is no curve to save"
-        path = self.free("curves", ".obj")
-        replace_file(path, format_obj_lines(lines))
-        return f"saved {path}"
-
-
-def format_obj_lines(lines: Mapping[str, Points]) -> str:
-    """Format polylines by name as an OBJ file; blanks in names become underscores."""
-    text: list[str] = []
-    count = 0
-    for name, points in lines.items():
-        text.append(f"o {'_'.join(name.split())}")
-        text += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
-        numbers = range(count + 1, count + len(points) + 1)
-        text.append("l " + " ".join(map(str, numbers)))
-        count += len(points)
-    return "\n".join(text) + "\n"
-
-
 class FeatureSaver(saver.SessionSaver):
     """Draws the state, obeys keys, and writes pictures."""
 
@@ -188,7 +110,7 @@ class FeatureSaver(saver.SessionSaver):
     commands = COMMANDS
     state: FeatureState
 
-    def __init__(self, state: FeatureState, files: FeatureWriter, size: tuple[int, int]) -> None:
+    def __init__(self, state: FeatureState, files: FeatureFiles, size: tuple[int, int]) -> None:
         super().__init__(state, KEYS, files, size)
         self._painter = FeaturePainter()
 

@@ -1,7 +1,7 @@
 """Retopology: a window in which curves are drawn on a surface and become quads, and pictures.
 
-Read :mod:`~viewer.retopo.editing` (what is asked of the editor), :mod:`~viewer.retopo.pointing` (a
-camera, what the pointer meets), :mod:`~viewer.retopo.modes`, :mod:`~viewer.retopo.previews`,
+Read :mod:`patterndb_sketch.retopo.editing` (the retopology, at work in a thread),
+:mod:`~viewer.retopo.pointing` (a camera, what the pointer meets), :mod:`~viewer.retopo.modes`,
 :mod:`~viewer.retopo.aiming` (the tool in use), :mod:`~viewer.retopo.state` (holds all these), then
 :mod:`~viewer.retopo.keys`, :mod:`~viewer.retopo.picture` and :mod:`~viewer.retopo.window`.
 """

@@ -1,9 +1,8 @@
 """Looking at surfaced curve networks: a window to work in, and pictures without one.
 
 Read :mod:`patterndb_sketch.surfacing.edits` (what users made of a drawing),
-:mod:`~viewer.surfacing.maker` and :mod:`~viewer.surfacing.surfaces` (the surface that is made of
-it), :mod:`~viewer.surfacing.ink` (a stroke while it is drawn), :mod:`~viewer.surfacing.body`,
-:mod:`~viewer.surfacing.state` (holds surfaces, a camera and the pointer), then
+:mod:`patterndb_sketch.surfacing.editing` (the surface that is made of it, in a thread),
+:mod:`~viewer.surfacing.state` (a camera and the pointer on it), then
 :mod:`~viewer.surfacing.picture` and :mod:`~viewer.surfacing.window`.
 """
 

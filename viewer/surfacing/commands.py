@@ -14,7 +14,7 @@ SLIDE = 0.04
 
 def slide_alpha(state: SurfacingState, by: float) -> None:
     """Move the slider of alpha by a part of its length."""
-    state.change_alpha(ALPHA.value(ALPHA.share(state.surfaces.settings.alpha) + by))
+    state.surfaces.change_alpha(ALPHA.value(ALPHA.share(state.surfaces.settings.alpha) + by))
 
 
 def _has_patches(state: SurfacingState) -> bool:
@@ -26,12 +26,12 @@ def _has_stages(state: SurfacingState) -> bool:
 
 
 COMMANDS: tuple[Command[SurfacingState], ...] = (
-    Command("undo", "Undo", "Edit", ("u", "Ctrl+Z"), lambda s: s.undo(),
+    Command("undo", "Undo", "Edit", ("u", "Ctrl+Z"), lambda s: s.surfaces.undo(),
             "Take back the last stroke, curve, click on a patch or change of method",
-            enabled=lambda s: bool(s.steps.undoable), bar=True),
-    Command("redo", "Redo", "Edit", ("U", "Ctrl+Shift+Z"), lambda s: s.redo(),
+            enabled=lambda s: bool(s.surfaces.steps.undoable), bar=True),
+    Command("redo", "Redo", "Edit", ("U", "Ctrl+Shift+Z"), lambda s: s.surfaces.redo(),
             "Do again what was taken back last",
-            enabled=lambda s: bool(s.steps.redoable), bar=True),
+            enabled=lambda s: bool(s.surfaces.steps.redoable), bar=True),
     Command("draw-strokes", "Draw strokes", "Draw", ("d",), lambda s: s.begin_drawing(),
             "Drag strokes on the surface, which can become curves",
             checked=lambda s: s.drawing_mode,
@@ -43,23 +43,23 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
             "Back to looking; what was not finished is forgotten"),
     Command("toggle-patch", "Patch on or off", "Patch", ("x",), lambda s: s.toggle_patch(),
             "Switch the patch at the pointer off, or on again; a click does the same"),
-    Command("all-patches", "All patches on", "Patch", ("a",), lambda s: s.all_on(),
+    Command("all-patches", "All patches on", "Patch", ("a",), lambda s: s.surfaces.all_on(),
             "Switch on whatever was switched off",
             enabled=lambda s: bool(s.surfaces.edits.banned)),
-    Command("next-method", "Next method", "Patch", ("m",), lambda s: s.next_method(),
+    Command("next-method", "Next method", "Patch", ("m",), lambda s: s.surfaces.next_method(),
             f"Make all patches by the next method of {', '.join(METHODS)}"),
     Command("next-method-here", "Next method here", "Patch", ("n",),
             lambda s: s.next_method_here(), "Make the patch at the pointer by the next method"),
-    Command("fair", "Fair across curves", "Patch", ("f",), lambda s: s.toggle_fair(),
+    Command("fair", "Fair across curves", "Patch", ("f",), lambda s: s.surfaces.toggle_fair(),
             "Smooth patches share normals across curves where the surface goes on smoothly",
             checked=lambda s: s.surfaces.settings.fair),
     Command("more-chords", "More chords", "Patch", ("-",), lambda s: slide_alpha(s, -SLIDE),
             "A lower price of chords: more of them"),
     Command("fewer-chords", "Fewer chords", "Patch", ("+",), lambda s: slide_alpha(s, SLIDE),
             "A higher price of chords: fewer of them"),
-    Command("stage-back", "Stage back", "Stage", ("Left",), lambda s: s.step(-1),
+    Command("stage-back", "Stage back", "Stage", ("Left",), lambda s: s.surfaces.step(-1),
             "The drawing as it was a stage before", enabled=_has_stages),
-    Command("stage-on", "Stage on", "Stage", ("Right",), lambda s: s.step(1),
+    Command("stage-on", "Stage on", "Stage", ("Right",), lambda s: s.surfaces.step(1),
             "The drawing as it was a stage later", enabled=_has_stages),
     Command("first-stage", "Before the first stage", "Stage", ("Ctrl+Home",),
             lambda s: s.go_to_stage(0), enabled=_has_stages),

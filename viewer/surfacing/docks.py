@@ -27,7 +27,7 @@ class SurfacingWindow(ShellWindow):
         )
         self.sliders = SliderPanel([row], self.show_change)
         self.method = QComboBox()
-        self.method.addItems(self.state.list_methods())
+        self.method.addItems(self.state.surfaces.list_methods())
         self.method.setToolTip("How patches become surfaces")
         self.method.textActivated.connect(self._choose_method)
         layout.addWidget(self.sliders)
@@ -43,9 +43,9 @@ class SurfacingWindow(ShellWindow):
         self.method.setCurrentText(self.state.surfaces.edits.method)
 
     def _change_alpha(self, alpha: float) -> None:
-        self.state.change_alpha(alpha)
+        self.state.surfaces.change_alpha(alpha)
 
     def _choose_method(self, name: str) -> None:
         self.state.message = ""
-        self.state.choose_method(name)
+        self.state.surfaces.choose_method(name)
         self.show_change()

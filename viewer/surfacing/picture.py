@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb_sketch.surfacing.patch import SurfacePatch
+from patterndb_sketch.surfacing.patchsurface import PatchSurface
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
 from viewer.picture import Drawn, Frame
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons, shade_triangles
-from viewer.surfacing.body import SurfaceBody
 from viewer.surfacing.state import SurfacingState
 
 # Which tint each piece of a surface gets: neighbours differ.
@@ -129,7 +129,7 @@ def _curve_width(state: SurfacingState) -> float:
     return float(np.clip(part * np.median(lengths) * state.camera.view.scale, least, most))
 
 
-def _faces(state: SurfacingState, body: SurfaceBody, lit: int) -> Triangles:
+def _faces(state: SurfacingState, body: PatchSurface, lit: int) -> Triangles:
     """Pieces in their tints, shaded on both sides; those of patch ``lit`` lighter."""
     view = state.camera.view
     seen = view.seen(body.corners)

@@ -2,30 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
-from patterndb_sketch.surfacing.edits import SurfacingEdits, choose_next_method
+from patterndb_sketch.surfacing.editing import Find, SurfacingEditing, find_network_cycles
+from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, SurfaceOptions
+from patterndb_sketch.surfacing.methods import METHODS, SurfaceOptions
+from patterndb_sketch.surfacing.patch import Surfacing
+from patterndb_sketch.surfacing.patchsurface import PatchSurface
 from patterndb_sketch.surfacing.session import SurfacingWork
 from viewer.buttonpress import ButtonPress
-from viewer.camera import Camera, ViewerState
+from viewer.camera import Camera, View, ViewerState
 from viewer.nearness import RING_REACH, STROKE_END_REACH
 from viewer.slider import Slider
-from viewer.surfacing.body import SurfaceBody
-from viewer.surfacing.ink import StrokePointer, cast_ray
-from viewer.surfacing.maker import Find, find_network_cycles
-from viewer.surfacing.surfaces import Surfaces
 
 #: The price of chords; where it is small, little of it does much: places go by its square root.
 ALPHA = Slider("alpha", 0.0, 1.0, 0.001, ends=("more chords", "fewer"), power=2.0)
@@ -55,6 +52,59 @@ def look_from(upright: str) -> tuple[Points, Points]:
 Drag = Literal["view", "stroke"]
 
 
+#: A stroke is looked up on the surface every so many points of the picture, however fast the
+#: pointer moves.
+STEP = 3.0
+
+
+class StrokePointer:
+    """Draws on a body: rays so far, through places of the picture."""
+
+    def __init__(self) -> None:
+        self.lift()
+
+    def lift(self) -> None:
+        """Forget what was not finished."""
+        self._origins: list[Points] = []
+        self._directions: list[Points] = []
+        self._last: tuple[float, float] | None = None
+
+    @property
+    def down(self) -> bool:
+        """Has a stroke been begun?"""
+        return self._last is not None
+
+    def extend(self, view: View, x: float, y: float, reach: float) -> None:
+        """The stroke goes on to here; reach: how far from the focus a ray begins."""
+        places = np.array([[x, y]])
+        if self._last is not None:
+            way = np.hypot(x - self._last[0], y - self._last[1])
+            if way < STEP:
+                return
+            share = np.linspace(0.0, 1.0, 1 + int(np.ceil(way / STEP)))[1:, None]
+            places = np.array(self._last) * (1.0 - share) + places * share
+        for place in places.tolist():
+            origin, direction = cast_ray(view, place[0], place[1], reach)
+            self._origins.append(origin)
+            self._directions.append(direction)
+        self._last = (x, y)
+
+    def ink(self, surfacing: Surfacing, body: PatchSurface) -> InkedStroke:
+        """What has been drawn so far, on a surface; body: that of the surface."""
+        origins, directions = np.stack(self._origins), np.stack(self._directions)
+        hits = body.surface.cast_rays(origins, directions)
+        runs = hits.list_runs()
+        parts = tuple(hits.points[run] for run in runs)
+        owners = tuple(body.owners[hits.triangles[run]] for run in runs)
+        return InkedStroke(surfacing, parts, owners, int((~hits.found).sum()), len(origins))
+
+
+def cast_ray(view: View, x: float, y: float, reach: float) -> tuple[Points, Points]:
+    """Cast a ray: origin (3,) and direction (3,) of what is seen at a place of the picture."""
+    toward = view.axes[2]
+    return view.under(x, y) + reach * toward, -toward
+
+
 class PatchUnderPointer(NamedTuple):
     """What the pointer is on: a patch that is on or off, and which of these."""
 
@@ -72,7 +122,7 @@ class SurfacingState(ViewerState[Camera]):
     network has some. added, banned: cycles that shall, or shall not, be patches. find: how
     cycles are found.
     toward, up: (3,) from where it is looked at, and what is upright. surface_shown and so
-    on: what is seen. steps: of edits.
+    on: what is seen.
     """
 
     def __init__(
@@ -96,17 +146,27 @@ class SurfacingState(ViewerState[Camera]):
             drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method
         )
         #: What is asked for, and what was made of it.
-        self.surfaces = Surfaces(first, wanted, spacing, db, find)
+        self.surfaces = SurfacingEditing(first, wanted, spacing, db, find)
         super().__init__(Camera(self.surfaces.all_points, toward, up), self.surfaces)
-        self.steps = self.surfaces.steps
         self.drawing_mode = False
         self._quill = StrokePointer()
         self._drag: Drag | None = None
         self._press = ButtonPress()
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
         self.openings_shown = True
-        self.edges_shown = METHODS[first.method].makes_quads
-        self._saved: SurfacingEdits = first
+        self._edges_chosen: tuple[str, bool] | None = None
+
+    @property
+    def edges_shown(self) -> bool:
+        """Are the edges of faces seen? With a method that makes quads, until they are switched."""
+        method, chosen = self.surfaces.edits.method, self._edges_chosen
+        if chosen is not None and chosen[0] == method:
+            return chosen[1]
+        return METHODS[method].makes_quads
+
+    @edges_shown.setter
+    def edges_shown(self, shown: bool) -> None:
+        self._edges_chosen = self.surfaces.edits.method, shown
 
     @property
     def ink(self) -> InkedStroke | None:
@@ -123,29 +183,11 @@ class SurfacingState(ViewerState[Camera]):
 
     def take_work(self, work: SurfacingWork) -> None:
         self.leave()
-        self.surfaces.settings = replace(self.surfaces.settings, alpha=work.alpha, fair=work.fair)
-        self._edit(work.edits)
-        self.edges_shown = METHODS[work.edits.method].makes_quads
+        self.surfaces.take_work(work)
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
-        return self.surfaces.poll() | self._lay_loose()
-
-    def _lay_loose(self) -> bool:
-        """Lay the strokes that were kept on their surface, once that is made; was it done?"""
-        made = self.surfaces.made
-        if self.surfaces.making or made is None or made.surfacing is None:
-            return False
-        inks = self.surfaces.edits.inks
-        if all(ink.surfacing is not None for ink in inks):
-            return False
-        laid = [
-            ink
-            for one in inks
-            if (ink := one.lay_on(made.surfacing) if one.surfacing is None else one) is not None
-        ]
-        self.steps.settle(replace(self.surfaces.edits, inks=tuple(laid)))
-        return True
+        return self.surfaces.poll()
 
     def settle(self) -> None:
         """Wait for the surface that was asked for; raises what making it raised."""
@@ -163,13 +205,7 @@ class SurfacingState(ViewerState[Camera]):
         if under is None or not under.on:
             self.message = "put the pointer on a patch"
             return
-        cycle = self.surfaces.cycle_of(under.on, under.number)
-        method = self.surfaces.edits.methods.get(cycle.key, self.surfaces.edits.method)
-        self._edit(
-            self.surfaces.edits.with_method_of(
-                cycle, choose_next_method(method, database=self.surfaces.has_database)
-            )
-        )
+        self.surfaces.choose_next_method_of(under.number)
 
     def toggle_patch(self) -> None:
         """Switch the patch under the pointer off, or on again."""
@@ -177,12 +213,7 @@ class SurfacingState(ViewerState[Camera]):
         if under is None:
             self.message = "put the pointer on a patch"
             return
-        cycle = self.surfaces.cycle_of(under.on, under.number)
-        self._edit(
-            self.surfaces.edits.switched_off(cycle)
-            if under.on
-            else self.surfaces.edits.switched_on(cycle)
-        )
+        self.surfaces.toggle_patch(under.on, under.number)
 
     def begin_drawing(self) -> None:
         """Draw strokes with the pointer, or end that."""
@@ -198,22 +229,14 @@ class SurfacingState(ViewerState[Camera]):
         self._quill.lift()
 
     def add_curves(self) -> None:
-        """Make the last stroke curves of the network; cycles are found anew, or cut."""
-        made = self.surfaces.made
-        if not self.surfaces.edits.inks or made is None or made.surfacing is None:
-            self.message = "draw a stroke from curve to curve first"
-            return
-        ink = self.surfaces.edits.inks[-1]
-        if made.surfacing is not ink.surfacing:
-            self.message = "the surface has changed since the stroke was drawn; draw it anew"
-            return
-        try:
-            after = self.surfaces.edits.with_stroke(ink, STROKE_END_REACH / self.camera.view.scale)
-        except PatternDBError as error:
-            self.message = str(error)
-            return
+        """Make the last stroke curves of the network."""
+        if self.surfaces.add_curves(STROKE_END_REACH / self.camera.view.scale):
+            self.leave()
+
+    def go_to_stage(self, stage: int) -> None:
+        """Show the drawing as it was after so many stages; what was being drawn is forgotten."""
         self.leave()
-        self._edit(after)
+        self.surfaces.go_to_stage(stage)
 
     # The pointer, at places of the picture in points from its middle
 
@@ -263,7 +286,7 @@ class SurfacingState(ViewerState[Camera]):
             return None
         if (
             self.surfaces.made is None
-            or self.surfaces.made.wish.drawing is not self.surfaces.edits.drawing
+            or self.surfaces.made.request.drawing is not self.surfaces.edits.drawing
         ):
             # Until its surface is there, patches go by the curves of the drawing before.
             return None
@@ -285,7 +308,7 @@ class SurfacingState(ViewerState[Camera]):
 
     # How it is done
 
-    def _hit(self, body: SurfaceBody | None) -> tuple[int, float] | None:
+    def _hit(self, body: PatchSurface | None) -> tuple[int, float] | None:
         """The patch of a body under the pointer, and how near to the viewer it is there."""
         if body is None or self.camera.pointer is None:
             return None
@@ -303,111 +326,10 @@ class SurfacingState(ViewerState[Camera]):
         if not ink.parts:
             self.message = "the stroke is beside the surface"
             return
-        if ink.missed:
-            self.message = (
-                f"the stroke left the surface: {ink.missed} of {ink.rays} places are beside it, "
-                f"it is in {len(ink.parts)} part{'' if len(ink.parts) == 1 else 's'}"
-            )
-        edits = self.surfaces.edits
-        self.steps.step(replace(edits, inks=(*edits.inks, ink)))
+        self.surfaces.add_ink(ink)
 
     def _far(self) -> float:
         """From the focus to where rays begin: before anything that can be seen."""
         return 2.0 * self.surfaces.extent + float(
             np.linalg.norm(self.camera.view.focus - self.surfaces.centre)
         )
-
-    def change_alpha(self, alpha: float) -> None:
-        """Another price of chords, 0 to 1; where no patch is cut so, all are from now."""
-        alpha = round(min(max(alpha, 0.0), 1.0), 3)
-        if alpha == self.surfaces.settings.alpha:
-            return
-        self.surfaces.settings = replace(self.surfaces.settings, alpha=alpha)
-        edits = self.surfaces.edits
-        if "chords" in (edits.method, *edits.methods.values()):
-            self.surfaces.ask()
-        else:
-            self.choose_method("chords")
-            self.message = "alpha is the price of chords: loops are cut along chords now"
-
-    def toggle_fair(self) -> None:
-        """Fair smooth patches across curves, or leave each by itself."""
-        settings = self.surfaces.settings
-        self.surfaces.settings = replace(settings, fair=not settings.fair)
-        edits = self.surfaces.edits
-        if settings.fair or DEFAULT_METHOD in (edits.method, *edits.methods.values()):
-            self.surfaces.ask()
-        else:
-            self.choose_method(DEFAULT_METHOD)
-            self.message = "fairing moves smooth patches: loops are filled by smooth grids now"
-
-    def next_method(self) -> None:
-        """The next method for all patches."""
-        method = choose_next_method(self.surfaces.edits.method, database=self.surfaces.has_database)
-        self.choose_method(method)
-
-    def list_methods(self) -> list[str]:
-        """List the methods that can be had here."""
-        there = self.surfaces.has_database
-        return [one.name for one in METHODS.values() if there or not one.needs_database]
-
-    def choose_method(self, method: str) -> None:
-        """A method, by its name, for all patches."""
-        if method == self.surfaces.edits.method and not self.surfaces.edits.methods:
-            return
-        self._edit(self.surfaces.edits.with_method(method))
-        self.edges_shown = METHODS[method].makes_quads
-
-    def go_to_stage(self, stage: int) -> None:
-        """Show the drawing as it was after so many stages, from the end if below 0.
-
-        What was being drawn is forgotten.
-        """
-        self.leave()
-        n = self.surfaces.n_stages
-        if not n:
-            self.message = "the drawing has no stages"
-            return
-        stage = min(max(stage if stage >= 0 else n + 1 + stage, 0), n)
-        if stage != self.surfaces.edits.stage:
-            self.steps.settle(replace(self.surfaces.edits, stage=stage, inks=()))
-            self.surfaces.ask()
-
-    def step(self, by: int) -> None:
-        """Stages forward or back, stopping at the ends."""
-        self.go_to_stage(max(self.surfaces.edits.stage + by, 0))
-
-    def all_on(self) -> None:
-        """Switch on whatever was switched off."""
-        if self.surfaces.edits.banned:
-            self._edit(replace(self.surfaces.edits, banned=()))
-
-    @property
-    def unsaved(self) -> bool:
-        """Was anything edited since the surface was saved?"""
-        return self.surfaces.edits is not self._saved
-
-    def mark_saved(self) -> None:
-        """The surface was saved as it is."""
-        self._saved = self.surfaces.edits
-
-    def undo(self) -> None:
-        """Take back the last stroke, curve, click on a patch or change of method."""
-        self._turn(self.steps.undo, "there is nothing to take back")
-
-    def redo(self) -> None:
-        """Do again what was taken back last."""
-        self._turn(self.steps.redo, "there is nothing to do again")
-
-    def _turn(self, turn: Callable[[], bool], otherwise: str) -> None:
-        before = self.surfaces.edits
-        if not turn():
-            self.message = otherwise
-        elif not self.surfaces.edits.asks_like(before):
-            self.edges_shown = METHODS[self.surfaces.edits.method].makes_quads
-            self.surfaces.ask()
-
-    def _edit(self, after: SurfacingEdits) -> None:
-        """Another step that can be taken back."""
-        self.steps.step(after)
-        self.surfaces.ask()

@@ -147,7 +147,7 @@ class SurfacingSaver(saver.Saver):
         return find_free_name(self._folder, "surface", ".png")
 
     def would_lose(self) -> str:
-        lost = self.state.unsaved and self._write_obj is not None
+        lost = self.state.surfaces.unsaved and self._write_obj is not None
         return "The surface was changed here, and is not saved." if lost else ""
 
     def save_ways(self) -> tuple[SaveWay, ...]:
@@ -162,7 +162,7 @@ class SurfacingSaver(saver.Saver):
             return "surfaces cannot be saved here: no way to write them was given"
         write, surfacing = self._write_obj, made.surfacing
         self.known.save(path, lambda: write(path, surfacing))
-        self.state.mark_saved()
+        self.state.surfaces.mark_saved()
         self.note_saved()
         return f"saved {path}"
 

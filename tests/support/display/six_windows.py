@@ -91,12 +91,13 @@ def make_features(
     settings: ShellSettings, folder: Path, model: Any = None, opener: Opener | None = None
 ) -> ShellWindow:
     """Make the window of feature curves, on a roof unless another model is given."""
+    from patterndb_sketch.features.files.curvefiles import FeatureFiles
     from tests.support.viewer.tents import tent
     from viewer.features.docks import FeatureWindow
     from viewer.features.state import FeatureState
-    from viewer.features.window import FeatureSaver, FeatureWriter
+    from viewer.features.window import FeatureSaver
 
-    files = FeatureWriter(folder, folder / "roof.session")
+    files = FeatureFiles(folder, folder / "roof.session")
     state = FeatureState(tent() if model is None else model, files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return FeatureWindow(FeatureSaver(state, files, SIZE), "features", settings, opener)

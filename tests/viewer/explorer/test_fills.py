@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
+from patterndb_sketch.fillfinder import VARIANTS
 from query import Stroke, fills
 from query.contour import make_flat_boundary
 from query.identity import hash_fill
@@ -20,7 +21,6 @@ from tests.support.viewer.domed import SOURCE, Source, click, drag, keys, opened
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ExplorerState
-from viewer.finder import VARIANTS
 from viewer.pointerstroke import PointerMode
 
 

@@ -99,10 +99,10 @@ def test_an_odd_perimeter_keeps_the_fill_in_grey_and_offers_even_ones(flat: Even
     assert state.side_under() is not None
     flat.keys("+")
     assert state.finder.boundary is None and "odd" in flat.window.message_label.text()
-    assert state.former is not None
+    assert state.exploration.former is not None
     grey = flat.window.saver.draw_live(600.0, 500.0).solid.colours
     assert len(grey), "the fill of before is still seen"
-    assert len(state.list_even_lengths()) == 8
+    assert len(state.exploration.list_even_lengths()) == 8
     even = flat.window.even
     assert even.isVisible() and not flat.window.thumbnails.isVisible(), "where fills would be"
     (button,) = [
@@ -120,7 +120,7 @@ def test_an_odd_perimeter_keeps_the_fill_in_grey_and_offers_even_ones(flat: Even
     assert state.meant_side is None and flat.window.thumbnails.isVisible()
     assert sum(state.contour.lengths) % 2 == 0 and state.finder.fills
     flat.keys("Ctrl+Z", "Ctrl+Z")
-    assert state.contour.lengths == (4, 3, 4, 3) and state.steps.undoable == 0
+    assert state.contour.lengths == (4, 3, 4, 3) and state.exploration.steps.undoable == 0
     flat.keys("Ctrl+Shift+Z")
     assert sum(state.contour.lengths) % 2 == 1
 

@@ -9,6 +9,7 @@ import pytest
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.features import editing
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from tests.support.viewer.tents import (
@@ -26,7 +27,7 @@ from tests.support.viewer.tents import (
     tent,
 )
 from viewer.camera import View
-from viewer.features import FeatureState, editing
+from viewer.features import FeatureState
 from viewer.features.pointing import find_surface_point, make_matrix_camera, to_picture_place
 from viewer.features.sliders import AXIS_OF
 

@@ -7,6 +7,7 @@ import threading
 import numpy as np
 import pytest
 
+from patterndb_sketch.features import editing
 from patterndb_sketch.features.edits import snap_curve
 from patterndb_sketch.features.snap import Snap
 from tests.support.viewer.tents import (
@@ -20,7 +21,7 @@ from tests.support.viewer.tents import (
     line_of,
     tent,
 )
-from viewer.features import FeatureState, editing
+from viewer.features import FeatureState
 from viewer.features.pointing import PIN, make_matrix_camera
 
 

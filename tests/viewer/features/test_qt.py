@@ -8,17 +8,18 @@ import numpy as np
 import pytest
 from PySide6.QtWidgets import QMessageBox
 
+from patterndb_sketch.features.files.curvefiles import FeatureFiles
 from patterndb_sketch.features.session import FEATURE_SESSION
 from tests.support.viewer.events import Events, answer, check_actions, check_looking
 from tests.support.viewer.tents import BESIDE, at, tent
 from viewer.features import FeatureState
 from viewer.features.docks import FeatureWindow
 from viewer.features.sliders import name_axis
-from viewer.features.window import FeatureSaver, FeatureWriter
+from viewer.features.window import FeatureSaver
 
 
 def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    files = FeatureWriter(tmp_path, tmp_path / "roof.session")
+    files = FeatureFiles(tmp_path, tmp_path / "roof.session")
     state = FeatureState(tent(), files=files)
     saver = FeatureSaver(state, files, (720, 450))
     events = Events(saver, tmp_path, FeatureWindow, state.settle)

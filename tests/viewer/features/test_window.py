@@ -11,6 +11,7 @@ from bodies import body, degrade, stroke
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.features.files.curvefiles import FeatureFiles, format_obj_lines
 from patterndb_sketch.features.files.networkjson import read_network
 from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from tests.support.viewer.events import read
@@ -18,7 +19,7 @@ from tests.support.viewer.tents import drawn, keys, opened, picked, tent
 from viewer import PictureFormatError
 from viewer.features import FeatureState, draw
 from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, FeaturePainter
-from viewer.features.window import FeatureSaver, FeatureWriter, format_obj_lines
+from viewer.features.window import FeatureSaver
 from viewer.keymap import Effect
 from viewer.style import parse_colour
 
@@ -35,7 +36,7 @@ def colours(state: FeatureState) -> dict[str, int]:
 
 
 def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> FeatureSaver:
-    files = FeatureWriter(folder, path)
+    files = FeatureFiles(folder, path)
     state.editing.files = files
     return FeatureSaver(state, files, SIZE)
 
@@ -167,10 +168,13 @@ def left(folder: Path, mesh: str = "roof.obj") -> Path:
 
 
 def test_what_is_drawn_is_kept_in_case_of_a_crash(tmp_path: Path) -> None:
-    files = FeatureWriter(tmp_path, None)
+    files = FeatureFiles(tmp_path, None)
     state = opened(session=FeatureSession("roof.obj"), files=files)
     try:
-        assert files.watch(state, "roof.obj") == "" and files.autosave is not None
+        assert (
+            files.watch(state.editing.edits, state.editing.session, "roof.obj") == ""
+            and files.autosave is not None
+        )
         now = [0.0]
         files.autosave._clock, files.autosave._at = lambda: now[0], 0.0
         picked(state)
@@ -200,12 +204,14 @@ def test_what_is_drawn_is_kept_in_case_of_a_crash(tmp_path: Path) -> None:
 
 def test_what_a_crash_left_is_one_step_and_goes_when_it_is_saved(tmp_path: Path) -> None:
     left(tmp_path)
-    files = FeatureWriter(tmp_path, None)
+    files = FeatureFiles(tmp_path, None)
     state = opened(session=FeatureSession("roof.obj"), files=files)
     try:
         keys(state, "R")
         assert state.message == "there is nothing that a crash left"
-        assert files.watch(state, "roof.obj").endswith("R opens it in place of what is here")
+        assert files.watch(state.editing.edits, state.editing.session, "roof.obj").endswith(
+            "R opens it in place of what is here"
+        )
         assert FeatureSaver(state, files, SIZE).find_lost_work() is not None
         picked(state)
         mine = state.editing.edits
@@ -227,10 +233,16 @@ def test_what_a_crash_left_of_another_model_is_told_and_stays(tmp_path: Path) ->
     path = left(tmp_path, "hull.obj")
     state = opened()
     try:
-        files = FeatureWriter(tmp_path, None)
-        assert "of another model, hull.obj; rename it" in files.watch(state, "roof.obj")
+        files = FeatureFiles(tmp_path, None)
+        assert "of another model, hull.obj; rename it" in files.watch(
+            state.editing.edits, state.editing.session, "roof.obj"
+        )
         assert files.lost is None
         path.write_bytes(b"nothing")
-        assert "which cannot be read" in files.watch(state, "roof.obj") and path.exists()
+        assert (
+            "which cannot be read"
+            in files.watch(state.editing.edits, state.editing.session, "roof.obj")
+            and path.exists()
+        )
     finally:
         state.close()

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from patterndb_sketch.features import editing
 from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits, snap_curve
 from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
@@ -23,7 +24,7 @@ from tests.support.viewer.tents import (
     opened,
     picked,
 )
-from viewer.features import FeatureState, editing
+from viewer.features import FeatureState
 from viewer.features.keys import KEYS
 
 

@@ -10,6 +10,11 @@ import pytest
 import patterndb
 from patterndb_sketch.curvenetwork.network import Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.patchsurface import (
+    PatchSurface,
+    choose_piece_tints,
+    find_neighbours,
+)
 from patterndb_sketch.surfacing.surfaces import surface
 from tests.support.viewer.domes import (
     CYCLES,
@@ -26,7 +31,6 @@ from tests.support.viewer.domes import (
     said,
 )
 from viewer.style import TINTS, parse_colour
-from viewer.surfacing.body import SurfaceBody, choose_piece_tints, find_neighbours
 from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import IDLE, RIM, compose_surface
 from viewer.surfacing.state import ALPHA, SurfacingState
@@ -35,13 +39,13 @@ from viewer.surfacing.state import ALPHA, SurfacingState
 def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
     counts = {}
     for share in (0.0, 0.5, 1.0):
-        state.change_alpha(ALPHA.value(share))
+        state.surfaces.change_alpha(ALPHA.value(share))
         state.settle()
         assert state.surfaces.settings.alpha == pytest.approx(share**2, abs=1e-3)
         counts[share] = pieces(state)
         wanted = surface(
             dome(),
-            options=replace(state.surfaces.settings, spacing=state.surfaces.made.wish.spacing),
+            options=replace(state.surfaces.settings, spacing=state.surfaces.made.request.spacing),
         )  # type: ignore[union-attr]
         assert [len(p.faces) for p in wanted.patches] == [
             len(p.faces) for p in state.surfaces.patches
@@ -246,7 +250,7 @@ def test_patches_are_faired_and_left_by_themselves() -> None:
             assert made is not None and made.surfacing is not None
             seen.append(made.surfacing.points)
             settings = SurfaceOptions(fair=key == "f" and len(seen) == 2)
-            wanted = surface(dome(), options=replace(settings, spacing=made.wish.spacing))
+            wanted = surface(dome(), options=replace(settings, spacing=made.request.spacing))
             assert np.array_equal(made.surfacing.points, wanted.points)
             assert made.surfacing.notes == wanted.notes
         assert not np.array_equal(seen[0], seen[1])
@@ -307,7 +311,7 @@ def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
 
 def test_a_body_has_every_face_once() -> None:
     made = surface(dome(), options=SurfaceOptions("chords", alpha=0.05))
-    body = SurfaceBody.of(made, {})
+    body = PatchSurface.of(made, {})
     assert len(body.corners) == len(made.triangles) == len(body.owners) == len(body.tints)
     assert (body.corners == made.points[made.triangles]).all()
     lengths = np.linalg.norm(body.normals, axis=2)

@@ -31,11 +31,11 @@ def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
         before, edits = state.surfaces.edits, state.surfaces.edits
         for number in range(3):
             edits = edits.switched_off(state.surfaces.cycle_of(True, number))
-        state.steps.settle(edits)
+        state.surfaces.steps.settle(edits)
         state.surfaces.ask()
         state.settle()
         assert "All patches are off" in saver.first_hint()
-        state.steps.settle(before)
+        state.surfaces.steps.settle(before)
         state.surfaces.ask()
         state.settle()
         assert saver.first_hint() == ""
@@ -56,7 +56,9 @@ def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
         assert abs(slider.value() - 500) <= 1, "places go by the square root"
         slider.setValue(1000)
         assert state.surfaces.settings.alpha == 1.0
-        events.window._choose_method("soap" if "soap" in state.list_methods() else "chords")
+        events.window._choose_method(
+            "soap" if "soap" in state.surfaces.list_methods() else "chords"
+        )
         saver.write(tmp_path / "a.obj")
         assert written == [tmp_path / "a.obj"] and not saver.would_lose()
     finally:

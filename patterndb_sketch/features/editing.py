@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
 from dataclasses import replace
 from functools import partial
-from typing import Protocol
 from weakref import WeakKeyDictionary, WeakSet
 
 import numpy as np
@@ -23,14 +24,13 @@ from patterndb_sketch.features.edits import (
     snap_curve,
 )
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.curvefiles import FeatureFiles
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.registration import FeatureCurves
 from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
-from patterndb_sketch.features.splines.spline import LEAST_CLOSED
+from patterndb_sketch.features.splines.spline import LEAST_CLOSED, MAX_DEGREE
 from patterndb_sketch.history import History
-from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, replace_value
-from viewer.features.snapping import SnapMaker
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05
@@ -39,19 +39,52 @@ AT_ONCE = 0.05
 KEPT = 24
 
 
-class FeatureFiles(Protocol):
-    """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
-    what is to be found after a crash, or says why it cannot. Else OSError as writing does.
+class SnapMaker:
+    """Snaps curves in a thread, one after another; what was not begun when the same curve is
+    wanted otherwise is dropped."""
 
-    lost: what a crash left, on the same model; None if it left nothing."""
+    def __init__(self) -> None:
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="snapping")
+        self._asked: list[tuple[DrawnCurve, Future[Snap]]] = []
 
-    lost: FeatureSession | None
+    def want(self, curve: DrawnCurve, make: Callable[[], Snap]) -> None:
+        """Have a curve made, instead of what was wanted of the curve with its key."""
+        self.forget(curve.key)
+        self._asked.append((curve, self._worker.submit(make)))
 
-    def tick(self, state: FeatureEdits) -> str: ...
-    def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str: ...
-    def read_again(self) -> FeatureSession: ...
-    def save_network(self, network: FeatureCurves) -> str: ...
-    def save_lines(self, lines: Mapping[str, Points]) -> str: ...
+    def forget(self, key: int) -> None:
+        """Drop what is not begun of a curve."""
+        self._asked = [one for one in self._asked if one[0].key != key or not one[1].cancel()]
+
+    def wants(self, curve: DrawnCurve) -> bool:
+        """Is this curve still to be made?"""
+        return any(one is curve for one, _ in self._asked)
+
+    @property
+    def busy(self) -> bool:
+        """Is something still to be made?"""
+        return bool(self._asked)
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Until all is made; False if time ran out before."""
+        return not wait_for([future for _, future in self._asked], seconds).not_done
+
+    def made(self) -> list[tuple[DrawnCurve, Snap | PatternDBError]]:
+        """What has been made since this was asked last, and why some could not be; what else
+        went wrong is raised."""
+        ready = [one for one in self._asked if one[1].done()]
+        self._asked = [one for one in self._asked if not one[1].done()]
+        result: list[tuple[DrawnCurve, Snap | PatternDBError]] = []
+        for curve, future in ready:
+            try:
+                result.append((curve, future.result()))
+            except PatternDBError as error:
+                result.append((curve, error))
+        return result
+
+    def close(self) -> None:
+        """Wait for what was begun."""
+        self._worker.shutdown(wait=True, cancel_futures=True)
 
 
 class FeatureEditing:
@@ -228,24 +261,17 @@ class FeatureEditing:
 
     def choose_degree(self, degree: int) -> None:
         """Another degree of the spline."""
-        if DEGREES[0] <= degree <= DEGREES[1]:
+        if 1 <= degree <= MAX_DEGREE:
             self.change(replace(self.shown_settings, degree=degree))
         else:
-            self.message = f"the degree is from {DEGREES[0]} to {DEGREES[1]}"
+            self.message = f"the degree is from 1 to {MAX_DEGREE}"
 
-    def choose_axis(self, name: str) -> None:
-        """The axis, by its name, that normals are measured from."""
+    def choose_axis(self, axis: tuple[float, float, float]) -> None:
+        """The direction (3,) that normals are measured from."""
         settings = self.shown_settings
         if settings.alpha == 1.0:
             self.message = "alpha is 1, so that angles do not count; make it less"
-        self.change(replace(settings, axis=AXIS_OF[name]))
-
-    def slide(self, name: str, by: float) -> None:
-        """Move a slider by a part of its length."""
-        slider = SLIDERS[name]
-        self.change(replace_value(self.shown_settings, name, slider.moved(
-            get_slider_value(self.shown_settings, name), by
-        )))  # fmt: skip
+        self.change(replace(settings, axis=axis))
 
     def change(self, settings: SnapSettings) -> None:
         """Other settings for the curve that is drawn or selected, and for the next one."""
@@ -269,6 +295,14 @@ class FeatureEditing:
             self._turn(self.steps.redo, "there is nothing to do again")
         else:
             self.message = "finish the curve first: Enter, or Escape to drop it"
+
+    def watch(self, mesh: str) -> None:
+        """Keep the curves from now on in case of a crash, and report what one left.
+
+        mesh: the name of the model's file.
+        """
+        if self.files is not None:
+            self.message = self.files.watch(self.edits, self.session, mesh)
 
     def save_session(self) -> bool:
         """Save all curves, once they are what was asked for; False if that cannot be."""

@@ -1,4 +1,4 @@
-"""A surface made ready to be drawn and picked: triangles, lines and colours, whatever the view."""
+"""The patches of a surface as triangles, to be drawn and pointed at, and a tint for every piece."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
-from viewer.style import TINTS
+
+#: Tints that pieces are given, those of a palette.
+N_TINTS = 8
 
 #: What a tint costs a piece beside one that has it, and two steps from one that has it; each
 #: piece that has it anywhere costs 1.
@@ -22,7 +24,7 @@ BESIDE, NEARBY = 1_000_000, 50
 def choose_piece_tints(
     pieces: Sequence[Int64Array], owners: Sequence[int], kept: Mapping[int, int] | None = None
 ) -> Int64Array:
-    """Choose (p,) the tint of every piece, an index of style.TINTS.
+    """Choose (p,) the tint of every piece, 0 to N_TINTS - 1.
 
     pieces: the faces (f, 3) or (f, 4) of each, of common vertices. owners: the patch of each;
     the first piece of every patch is served before the others. kept: tints that pieces have
@@ -35,7 +37,7 @@ def choose_piece_tints(
     firsts = [piece for piece, own in enumerate(owners) if own not in seen and not seen.add(own)]
     order = sorted(range(len(pieces)), key=lambda piece: (piece not in before, piece not in firsts))
     tint = np.full(len(pieces), -1, np.int64)
-    used = np.zeros(len(TINTS), np.int64)
+    used = np.zeros(N_TINTS, np.int64)
     for piece in order:
         cost = used.copy()
         for near in beside[piece]:
@@ -76,7 +78,7 @@ def find_neighbours(pieces: Sequence[Int64Array]) -> list[set[int]]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceBody:
+class PatchSurface:
     """All patches of a surface.
 
     corners: (t, 3, 3) float64 triangles; normals: (t, 3, 3) at their corners, smooth within a
@@ -96,7 +98,7 @@ class SurfaceBody:
     tint_of: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, made: Surfacing, kept: Mapping[int, tuple[int, ...]]) -> SurfaceBody:
+    def of(cls, made: Surfacing, kept: Mapping[int, tuple[int, ...]]) -> PatchSurface:
         """Of a surface; kept: tints that the pieces of some of its patches had before."""
         pieces = [piece for patch in made.patches for piece in patch.faces]
         owners = [i for i, patch in enumerate(made.patches) for _ in patch.faces]
