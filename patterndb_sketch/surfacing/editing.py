@@ -16,7 +16,6 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
-from patterndb.store import Database
 from patterndb_sketch.background import Latest
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
@@ -39,6 +38,7 @@ from patterndb_sketch.surfacing.sampling import (
 )
 from patterndb_sketch.surfacing.session import SurfacingWork
 from patterndb_sketch.surfacing.surfaces import LoopMemory, surface
+from query.engine import PatternSource
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05
@@ -142,7 +142,7 @@ class SurfacingEditing:
         edits: SurfacingEdits,
         settings: SurfaceOptions,
         spacing: float | None,
-        db: Database | None,
+        db: PatternSource | None,
         find: Find = find_network_cycles,
     ) -> None:
         self.steps = History(edits)

@@ -68,6 +68,7 @@ WORLDLY_MODULES += (
 WORLDLY_MODULES += (
     "patterndb_sketch.features.files.shapearrays",
     "patterndb_sketch.features.files.strokesjson",
+    "patterndb_sketch.features.files.curvefiles",
 )
 WORLDLY_MODULES += (
     "patterndb_sketch.features.files.networkjson",

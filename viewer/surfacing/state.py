@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
-from patterndb.store import Database
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.editing import Find, SurfacingEditing, find_network_cycles
@@ -19,6 +18,7 @@ from patterndb_sketch.surfacing.methods import METHODS, SurfaceOptions
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.patchsurface import PatchSurface
 from patterndb_sketch.surfacing.session import SurfacingWork
+from query.engine import PatternSource
 from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, View, ViewerState
 from viewer.nearness import RING_REACH, STROKE_END_REACH
@@ -131,7 +131,7 @@ class SurfacingState(ViewerState[Camera]):
         *,
         settings: SurfaceOptions | None = None,
         spacing: float | None = None,
-        db: Database | None = None,
+        db: PatternSource | None = None,
         afresh: bool = False,
         added: Sequence[Cycle] = (),
         banned: Sequence[Cycle] = (),
