@@ -10,7 +10,8 @@ CORE    := patterndb/_native.abi3.so
 ALOUD    = $(BIN)/python scripts/run_aloud.py
 PIP      = $(BIN)/python -m pip install --disable-pip-version-check --progress-bar off
 
-# Processes that run tests: one a core.
+# Processes that run tests: one a core. Each begins with half of them, so that what the tests of a
+# file share is made once, and takes over some of the others' when it is done.
 WORKERS ?= auto
 
 # What the core is compiled from.
@@ -88,7 +89,7 @@ demo: $(RUN)
 
 test: $(DEV) $(CORE) page
 	$(CARGO) test --quiet --manifest-path rust/Cargo.toml --workspace --exclude patterndb-python
-	$(BIN)/python -m pytest -n $(WORKERS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 # The lowest releases that pyproject.toml promises, in an environment of their own, and tests of what
 # each of them is for.
@@ -107,7 +108,7 @@ lowest: $(DEV)
 	@$(ALOUD) "installing the lowest releases" build/lowest/bin/python -m pip install --quiet \
 	  --disable-pip-version-check --progress-bar off --constraint build/lowest/lowest.txt \
 	  '.[all]' pytest pytest-qt pytest-xdist hypothesis trimesh
-	build/lowest/bin/python -m pytest -n $(WORKERS) \
+	build/lowest/bin/python -m pytest -n $(WORKERS) --dist worksteal \
 	  -p no:cacheprovider $(LOWEST_TESTS)
 
 # Built again where a source is newer; the script knows what it is made of.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 
 from ingest import ingest, learn_mesh, read_mesh
 from ingest.arrays import MAGIC, canonical_bytes, mesh_of_arrays
@@ -24,6 +24,7 @@ def learned(db: Database) -> list[tuple[object, ...]]:
     return db._connection.execute(OCCURRENCES).fetchall()
 
 
+@settings(max_examples=20)
 @given(quads=quad_soups(most=20))
 def test_it_teaches_what_the_file_does(
     quads: list[list[int]], tmp_path_factory: pytest.TempPathFactory

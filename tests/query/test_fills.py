@@ -6,6 +6,7 @@ import json
 import random
 from collections import Counter
 from collections.abc import Iterable
+from functools import cache
 from itertools import product
 
 import numpy as np
@@ -46,6 +47,10 @@ ANYTHING = {
 }
 
 
+#: Parts that boundaries are shared out in.
+PARTS = 10
+
+
 def every(boundary: Boundary, **options: object) -> Answer:
     return answer(Source(), boundary, **{"limit": None, **options})
 
@@ -54,6 +59,7 @@ def coded(found: Iterable[Fill], boundary: Boundary) -> list[Code]:
     return [code_of(fill, boundary.n_sides == 0) for fill in found]
 
 
+@cache
 def some_boundaries(count: int, most: int = 14) -> list[Boundary]:
     """Boundaries that small disks fill; few sides are as likely as many."""
     chance = random.Random(count)
@@ -67,35 +73,42 @@ def some_boundaries(count: int, most: int = 14) -> list[Boundary]:
     ]
 
 
+#: Tests that share out some boundaries among them: the small disks are laid on boundaries only
+#: where one of them runs, not whenever tests are collected.
+in_parts = pytest.mark.parametrize("part", range(PARTS))
+
+
 def is_small(fill: Fill) -> bool:
     """Is it among the small disks?"""
     inner = fill.disk().valence()[fill.perimeter :]
     return len(inner) <= 4 and all(3 <= v <= 5 for v in inner)
 
 
-@pytest.mark.parametrize("boundary", some_boundaries(260), ids=str)
-def test_exactly_the_small_disks_are_found_and_none_twice(boundary: Boundary) -> None:
+@in_parts
+def test_exactly_the_small_disks_are_found_and_none_twice(part: int) -> None:
     """All quad disks of that size are known: a query must list each, in every way it lies."""
-    found = every(boundary)
-    codes = coded(found, boundary)
-    assert len(set(codes)) == len(codes)
-    small = {code for code, fill in zip(codes, found, strict=True) if is_small(fill)}
-    assert small == small_fills()[boundary]
-    assert not found.truncated
-    assert found.reason is None
-    assert found.feasible_patterns == len({fill.pattern.id for fill in found})
+    for boundary in some_boundaries(260)[part::PARTS]:
+        found = every(boundary)
+        codes = coded(found, boundary)
+        assert len(set(codes)) == len(codes)
+        small = {code for code, fill in zip(codes, found, strict=True) if is_small(fill)}
+        assert small == small_fills()[boundary]
+        assert not found.truncated
+        assert found.reason is None
+        assert found.feasible_patterns == len({fill.pattern.id for fill in found})
 
 
-@pytest.mark.parametrize("boundary", some_boundaries(60, 12), ids=str)
-def test_fills_are_disks_along_their_boundary(boundary: Boundary) -> None:
-    for fill in every(boundary):
-        document = json.loads(json.dumps(fill.to_json()))
-        kinds = list(boundary.corner_counts)
-        if boundary.n_sides == 0:
-            # The first vertex of the side is no corner.
-            kinds = [2]
-        irregular = check_fill(boundary.lengths, document, kinds)
-        assert irregular == (fill.n_irregular, 0), "strict fills are regular on the boundary"
+@in_parts
+def test_fills_are_disks_along_their_boundary(part: int) -> None:
+    for boundary in some_boundaries(60, 12)[part::PARTS]:
+        for fill in every(boundary):
+            document = json.loads(json.dumps(fill.to_json()))
+            kinds = list(boundary.corner_counts)
+            if boundary.n_sides == 0:
+                # The first vertex of the side is no corner.
+                kinds = [2]
+            irregular = check_fill(boundary.lengths, document, kinds)
+            assert irregular == (fill.n_irregular, 0), "strict fills are regular on the boundary"
 
 
 def test_json_has_exactly_these_keys() -> None:
@@ -134,29 +147,30 @@ def test_fills_come_in_order(boundary: tuple[int, ...]) -> None:
     assert within == sorted(within)
 
 
-@pytest.mark.parametrize("boundary", some_boundaries(30), ids=str)
-def test_shorter_lists_are_beginnings_and_say_that_they_are(boundary: Boundary) -> None:
-    whole = every(boundary)
-    codes = coded(whole, boundary)
-    per_pattern = Counter(fill.pattern.id for fill in whole)
-    for limit in (1, 2, 5, 20, len(whole), len(whole) + 1):
-        found = answer(Source(), boundary, limit=limit)
-        assert coded(found, boundary) == codes[:limit]
-        assert found.truncated == (len(whole) > limit)
-        assert found.feasible_patterns == whole.feasible_patterns
-    for most in (1, 2, 4):
-        found = answer(Source(), boundary, limit=None, per_pattern=most)
-        kept: Counter[int] = Counter()
-        expected = []
-        for fill, code in zip(whole, codes, strict=True):
-            kept[fill.pattern.id] += 1
-            if kept[fill.pattern.id] <= most:
-                expected.append(code)
-        assert coded(found, boundary) == expected
-        assert found.truncated == (max(per_pattern.values()) > most)
-    best = query.best(Source(), boundary, **LEARNED)
-    assert best is not None
-    assert code_of(best, boundary.n_sides == 0) == codes[0]
+@in_parts
+def test_shorter_lists_are_beginnings_and_say_that_they_are(part: int) -> None:
+    for boundary in some_boundaries(30)[part::PARTS]:
+        whole = every(boundary)
+        codes = coded(whole, boundary)
+        per_pattern = Counter(fill.pattern.id for fill in whole)
+        for limit in (1, 2, 5, 20, len(whole), len(whole) + 1):
+            found = answer(Source(), boundary, limit=limit)
+            assert coded(found, boundary) == codes[:limit]
+            assert found.truncated == (len(whole) > limit)
+            assert found.feasible_patterns == whole.feasible_patterns
+        for most in (1, 2, 4):
+            found = answer(Source(), boundary, limit=None, per_pattern=most)
+            kept: Counter[int] = Counter()
+            expected = []
+            for fill, code in zip(whole, codes, strict=True):
+                kept[fill.pattern.id] += 1
+                if kept[fill.pattern.id] <= most:
+                    expected.append(code)
+            assert coded(found, boundary) == expected
+            assert found.truncated == (max(per_pattern.values()) > most)
+        best = query.best(Source(), boundary, **LEARNED)
+        assert best is not None
+        assert code_of(best, boundary.n_sides == 0) == codes[0]
 
 
 @pytest.mark.parametrize("boundary", [(5, 5, 6), (4, 5, 4, 5), (3, 4, 5, 4, 4), (6, 8)], ids=str)
@@ -181,17 +195,20 @@ def test_the_list_does_not_depend_on_threads(monkeypatch: pytest.MonkeyPatch) ->
         assert lists[0]
 
 
-@pytest.mark.parametrize("boundary", some_boundaries(20), ids=str)
-def test_filters_take_away_and_add_nothing(boundary: Boundary) -> None:
-    whole = every(boundary)
-    for most in (0, 1, 2, 3):
-        expected = [f.to_json() for f in whole if f.n_irregular <= most]
-        assert [f.to_json() for f in every(boundary, max_irregular=most)] == expected
-    for least, greatest in ((3, 5), (3, 4), (3, 3), (5, 6)):
-        expected = [
-            f.to_json() for f in whole if all(least <= v <= greatest for v in f.pattern.valences)
-        ]
-        assert [f.to_json() for f in every(boundary, valence=(least, greatest))] == expected
+@in_parts
+def test_filters_take_away_and_add_nothing(part: int) -> None:
+    for boundary in some_boundaries(20)[part::PARTS]:
+        whole = every(boundary)
+        for most in (0, 1, 2, 3):
+            expected = [f.to_json() for f in whole if f.n_irregular <= most]
+            assert [f.to_json() for f in every(boundary, max_irregular=most)] == expected
+        for least, greatest in ((3, 5), (3, 4), (3, 3), (5, 6)):
+            expected = [
+                f.to_json()
+                for f in whole
+                if all(least <= v <= greatest for v in f.pattern.valences)
+            ]
+            assert [f.to_json() for f in every(boundary, valence=(least, greatest))] == expected
 
 
 def test_patterns_that_expand_to_the_same_fill_give_it_once() -> None:

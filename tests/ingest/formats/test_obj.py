@@ -72,7 +72,7 @@ def test_the_line_parser_alone_reads_the_same(soup: Soup, style: ObjStyle) -> No
         assert same(parse(data, "a.obj"), fast)
 
 
-@settings(patient, max_examples=500)
+@settings(patient, max_examples=200)
 @given(st.data())
 def test_accepts_what_the_reference_accepts(data: st.DataObject) -> None:
     tame = st.floats(-9, 9, allow_subnormal=False).map(lambda x: round(x, 2))

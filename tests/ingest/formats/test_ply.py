@@ -42,7 +42,7 @@ TOKENS = (
 ).split(b" ")
 
 
-@settings(patient, max_examples=200)
+@settings(patient, max_examples=100)
 @given(soups(), ply_styles)
 def test_every_spelling_reads_back_exactly(soup: Soup, style: PlyStyle) -> None:
     assert_is(parse(ply_bytes(soup, style), "a.ply"), soup)
@@ -72,7 +72,7 @@ def test_faces_of_one_arity_and_of_several(order: str) -> None:
         assert_is(parse(ply_bytes(soup, PlyStyle(order=order)), "a.ply"), soup)
 
 
-@settings(patient, max_examples=300)
+@settings(patient, max_examples=150)
 @given(st.data())
 def test_lines_one_by_one_read_as_all_at_once(data: st.DataObject) -> None:
     style = data.draw(ply_styles.filter(lambda style: style.order == ""))

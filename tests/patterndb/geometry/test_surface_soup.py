@@ -18,13 +18,14 @@ from patterndb.errors import InvalidMeshError
 from patterndb.geometry.surface import Surface
 from patterndb.geometry.triangulation import MOST_EXACT, SHORTER, cut_faces, triangulate_faces, weld
 from patterndb_sketch.features.registration.mapping import find_outermost
-from tests.support.features.drawnbodies import find_body
+from tests.support.features.drawnbodies import DRAWN, find_body
 from tests.support.features.models import soup, sphere, sphere_model, to_model, together
 from tests.support.shared import MESHES, SHARED, list_shared
 
+#: Names of bodies that are drawn, and files of others where they are.
 CARS = [
-    find_body("torn-sedan", ".obj"),
-    find_body("coupe", ".obj"),
+    Path("torn-sedan"),
+    Path("coupe"),
     *list_shared(SHARED / "data" / "cad", "gclass_chrono.obj", "uazbus_chrono.obj"),
     *list_shared(MESHES, "q_car_sportscar.obj"),
 ]
@@ -61,7 +62,7 @@ class TestSoup:
 
     @pytest.mark.parametrize("path", CARS, ids=lambda path: path.stem)
     def test_of_a_car(self, path: Path) -> None:
-        mesh = read_mesh(path)
+        mesh = read_mesh(find_body(path.name, ".obj") if path.name in DRAWN else path)
         model = Surface.from_soup(mesh)
         apart = Surface.from_soup(PolygonMesh.from_faces(*soup(model.vertices, model.triangles, 1)))
         assert same(model, apart)
@@ -76,7 +77,7 @@ class TestSoup:
         assert same(model, Surface.from_soup(polygons(faces, np.array(places))))
 
     def test_answers_are_the_same(self) -> None:
-        model = Surface.from_soup(read_mesh(CARS[0]))
+        model = Surface.from_soup(read_mesh(find_body("torn-sedan", ".obj")))
         apart = Surface.from_soup(PolygonMesh.from_faces(*soup(model.vertices, model.triangles, 3)))
         rng = np.random.default_rng(4)
         asked, way = rng.normal(size=(50, 3)), rng.normal(size=(50, 3))

@@ -271,7 +271,7 @@ class TestRegister:
     def test_every_option_changes_the_quads(
         self, sedan: Path, curves: Path, tmp_path: Path
     ) -> None:
-        args = ("register", sedan, "--network", curves, "--template", ROOF)
+        args = ("register", sedan, "--network", curves, "--template", TEMPLATE)
         found: set[bytes] = set()
         options = ((), ("--delta", 0.05), ("--delta", 0.05, "--rounds", 3))
         for k, more in enumerate(options):
@@ -346,7 +346,7 @@ def test_faults_of_a_body_are_those_that_were_asked_for(
     monkeypatch.setattr(car_bodies(), "body", cache(body))
     found: set[bytes] = set()
     every: list[str] = []
-    least = ("coupe", "--resolution", "0.25")
+    least = ("coupe", "--resolution", "0.4")
     for faults in (
         (), ("--gaps", "0.002"), ("--crossings", "0.004"), ("--flips", "0.5"), ("--clutter",),
         ("--uneven",), ("--soup",),

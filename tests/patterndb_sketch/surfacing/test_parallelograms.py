@@ -95,7 +95,7 @@ def test_with_four_corners_it_is_coons_patch(spans: tuple[int, ...]) -> None:
     assert gaps.min(axis=1).max() < 1e-3 and gaps.min(axis=0).max() < 1e-3
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.integers(3, 60), st.integers(0, 2**32 - 1), st.booleans())
 def test_any_loop_is_filled_with_a_disk(n: int, seed: int, bent: bool) -> None:
     rng = np.random.default_rng(seed)
@@ -117,7 +117,7 @@ def test_any_loop_is_filled_with_a_disk(n: int, seed: int, bent: bool) -> None:
             assert np.abs(mesh.points[:, 2]).max() < 1e-9
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(0, 2**32 - 1))
 def test_the_choice_does_not_depend_on_place_size_turn_or_start(seed: int) -> None:
     rng = np.random.default_rng(seed)

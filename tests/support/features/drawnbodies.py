@@ -30,21 +30,22 @@ def car_bodies() -> ModuleType:
 
 
 @cache
-def _open_folder() -> tempfile.TemporaryDirectory[str]:
-    """Have bodies written once in a process, into a folder that goes with it."""
+def _write_body(name: str) -> tempfile.TemporaryDirectory[str]:
+    """Have a body written once in a process, into a folder that goes with it."""
     folder = tempfile.TemporaryDirectory()
-    write_bodies(Path(folder.name), *DRAWN[:-1], "--error", "0.004")
-    torn = Path(folder.name) / "torn"
     faults = ("--crossings", "0.001", "--flips", "0.3", "--clutter", "--soup")
-    write_bodies(torn, "sedan", "--error", "0.004", *faults)
-    for path in torn.iterdir():
-        path.rename(path.parents[1] / path.name.replace("sedan", DRAWN[-1]))
+    is_torn = name.startswith("torn-")
+    body = name.removeprefix("torn-")
+    write_bodies(Path(folder.name), body, "--error", "0.004", *(faults if is_torn else ()))
     return folder
 
 
 def find_body(name: str, ending: str) -> Path:
-    """Return a file of one of `DRAWN`: ``.obj``, ``.strokes.json`` or ``.network.json``."""
-    return Path(_open_folder().name) / f"{name}{ending}"
+    """Return a file of one of `DRAWN`: ``.obj``, ``.strokes.json`` or ``.network.json``.
+
+    Not for parameters of tests: the body would be made whenever tests are collected.
+    """
+    return Path(_write_body(name).name) / f"{name.removeprefix('torn-')}{ending}"
 
 
 def write_bodies(folder: Path, *arguments: str) -> Path:

@@ -80,9 +80,6 @@ def test_what_a_killed_window_had_is_offered_and_opened(
         shown.close_by_manager()
         shown.until("not window.isVisible()")
         shown.finish()
-    with kept(display, tmp_path, name) as shown:
-        shown.until("window.isActiveWindow()")
-        assert shown.tell("window.saver.find_lost_work() is None")
 
 
 def test_a_key_that_was_chosen_works_and_is_remembered(

@@ -37,8 +37,8 @@ def test_there_are_24_turns_and_each_has_its_inverse() -> None:
         assert (back[0].turn_points(turn.turn_points(points)) == points).all()
 
 
-@pytest.mark.parametrize("number", range(1, 24))
-def test_every_wrong_frame_is_refused_and_the_right_one_is_found(number: int) -> None:
+@pytest.mark.parametrize("number", range(1, 24, 3))
+def test_a_wrong_frame_is_refused_and_the_right_one_is_found(number: int) -> None:
     model = TURNS[number].turn_model(car_model())
     curves = car_curves()
     assert measure_share_on(model, sample_curves(curves.values())) < LEAST_ON

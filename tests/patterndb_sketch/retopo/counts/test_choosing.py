@@ -74,7 +74,7 @@ def test_a_changed_count_leaves_all_patches_even(
 
 
 def test_counts_do_not_depend_on_threads() -> None:
-    problems = [glued(seed, 60, 0.05, 3.0) for seed in range(3)]
+    problems = [glued(seed, 40, 0.05, 3.0) for seed in range(2)]
     alone = [solve_counts(problem, n_balls=3) for problem in problems]
     with ThreadPoolExecutor(4) as pool:
         together = list(pool.map(lambda problem: solve_counts(problem, n_balls=3), problems * 2))

@@ -67,7 +67,7 @@ def optimum(problem: CountsProblem, window: int, regularity: float) -> float:
     return solver.objective_value / 1e6
 
 
-@settings(max_examples=200)
+@settings(max_examples=100)
 @given(st.integers(0, 2**32), st.integers(0, 30), st.sampled_from([0.0, 0.2, 0.9]))
 def test_every_patch_is_even_and_bounds_and_pins_are_kept(
     seed: int, n_patches: int, pins: float

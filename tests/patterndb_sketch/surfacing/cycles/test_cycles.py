@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,7 @@ def cage(path: Path) -> CurveNetwork:
     return faces_network(mesh.points, faces)
 
 
+@cache
 def exact() -> dict[str, CurveNetwork]:
     """Networks whose patches are known."""
     return {

@@ -14,6 +14,10 @@ from tests.support.surfacing.networkfiles import list_graphs
 TEACUP = CHECKOUT / "examples" / "networks" / "teacup.json"
 
 
+#: Stages from one comparison with a run from scratch to the next.
+EVERY = 4
+
+
 def same(one: Surfacing, other: Surfacing) -> bool:
     """The same vertices and the same faces, bit for bit?"""
     return np.array_equal(one.points, other.points) and all(
@@ -29,20 +33,22 @@ def from_scratch(network: CurveNetwork, spacing: float) -> Surfacing:
 
 
 @pytest.mark.parametrize("path", [TEACUP, *list_graphs("01-2-2")], ids=lambda path: path.stem)
-def test_every_stage_equals_a_run_from_scratch(path: object) -> None:
+def test_stages_equal_runs_from_scratch(path: object) -> None:
     drawing = read_drawing(str(path))
     growing = GrowingSketch()
     reused = 0
     for n in range(1, len(drawing.stages) + 1):
         network = drawing.after(n)
         stage = growing.stage(network)
+        reused += sum(p.reused for p in stage.surfacing.patches) if stage.surfacing else 0
+        if n % EVERY and n < len(drawing.stages):
+            continue
         assert {c.key for c in stage.found.cycles} == {c.key for c in find_cycles(network).cycles}
         if stage.surfacing is None:
             assert not stage.found.cycles
             continue
         assert growing.spacing is not None
         assert same(stage.surfacing, from_scratch(network, growing.spacing))
-        reused += sum(patch.reused for patch in stage.surfacing.patches)
     assert reused > 0
     # The same stage again is all known.
     again = growing.stage(drawing.network).surfacing
