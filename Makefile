@@ -21,6 +21,9 @@ CARGO   ?= cargo
 # The folder of meshes, with INDEX.csv, that the starter database is learned from.
 MESHES ?= ../shared/data/meshes
 
+# No recipe calls make; cargo would take its jobs for its own.
+unexport MAKEFLAGS
+
 .PHONY: help demo test core lowest page lint types docs docs-check docs-walk site constraints starter dist clean
 .DEFAULT_GOAL := help
 
