@@ -37,9 +37,12 @@ def run_notebook(path: Path) -> Any:
 
 
 def format_notebook(path: Path, folder: Path) -> str:
-    """A notebook that has run as Markdown; its pictures are written into the folder."""
+    """Return a notebook that has run as Markdown, and write its pictures into the folder.
+
+    Raises an error of nbclient where a cell does, ValueError where nothing is drawn or printed.
+    """
     lines: list[str] = []
-    pictures = 0
+    pictures = texts = 0
     for cell in run_notebook(path).cells:
         if cell.cell_type == "markdown":
             lines += [cell.source, ""]
@@ -53,7 +56,10 @@ def format_notebook(path: Path, folder: Path) -> str:
                 (folder / name).write_text(data["image/svg+xml"], encoding="utf-8")
                 lines += [f"![What the cell draws]({name})", ""]
             else:
+                texts += 1
                 text = output.get("text") or data.get("text/plain", "")
                 lines += ["```text", text.rstrip(), "```", ""]
+    if not pictures or not texts:
+        raise ValueError(f"{path}: its cells draw {pictures} pictures and print {texts} texts")
     said = f"This is `examples/notebooks/{path.name}`, run when the site was built."
     return "\n".join((lines[0], "", said, "", *lines[1:]))

@@ -378,7 +378,7 @@ def test_what_the_mesh_joins_outside_no_fill_joins_within(source: PatternSource)
     assert (topology.twin >= 0).all() and not topology.crowded.any()
     draw, bound, filled = random.Random(1), 0, 0
     for n in range(12, 22):
-        for _ in range(12):
+        for _ in range(6):
             try:
                 hole = hole_of_faces(topology, draw.sample(range(24), n))
             except InvalidMeshError:
@@ -392,8 +392,8 @@ def test_what_the_mesh_joins_outside_no_fill_joins_within(source: PatternSource)
                 check_fill(fill)
                 check_weld([fill])
             filled += len(fills)
-    assert bound > 20
-    assert filled > 400
+    assert bound > 10
+    assert filled > 200
 
 
 @pytest.mark.parametrize("turned", [False, True])

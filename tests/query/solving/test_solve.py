@@ -20,7 +20,7 @@ from tests.support.query.cases import (
 )
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
-SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))
+SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "120"))
 LIMITS = (1, 2, 3, 5, 20)
 
 

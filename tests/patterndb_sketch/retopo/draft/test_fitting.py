@@ -68,6 +68,23 @@ def fit(source: PatternSource, kept: tuple[int, ...] = (), still: int = 0) -> Fi
     return fit_quads(found, surface, samples, sizes, sorted(lines)[still:], kept)
 
 
+@cache
+def draft_once(bent: float, symmetry: bool, source: PatternSource) -> Retopology:
+    """Draft a ball with horns; not to be changed."""
+    editor = Retopology(horned(bent), source)
+    do(editor, "draft", symmetry=symmetry)
+    return editor
+
+
+def drafted(bent: float, symmetry: bool, source: PatternSource) -> Retopology:
+    """Return a retopology of a ball with horns that was just drafted."""
+    one = draft_once(bent, symmetry, source)
+    editor = Retopology(one.surface, source)
+    editor.restore(one.state)
+    editor.adopt(editor.network, one.fill())
+    return editor
+
+
 def measure(found: FilledNetwork, surface: Surface) -> tuple[Report, float]:
     made = report_mesh(found, surface)
     return made, max(made.to_surface, made.from_surface)
@@ -185,11 +202,10 @@ def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSourc
 @pytest.mark.parametrize("symmetry", [True, False])
 def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSource) -> None:
     surface = horned(0.0 if symmetry else 0.5)
-    editor = Retopology(surface, source)
-    do(editor, "draft", symmetry=symmetry)
+    editor = drafted(0.0 if symmetry else 0.5, symmetry, source)
     edge = editor.sizes.edge
     assert all(chain.laid != chain.marked for chain in editor.network.chains.values())
-    for times in (0.8, 0.9, 1.0, 1.15, 1.3):
+    for times in (0.8, 1.0, 1.3):
         do(editor, "recount", edge=times * edge)
         network = editor.network
         found = editor.fill()
@@ -203,9 +219,7 @@ def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSour
 
 
 def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> None:
-    surface = horned(0.5)
-    editor = Retopology(surface, source)
-    do(editor, "draft", symmetry=False)
+    editor = drafted(0.5, False, source)
     before, placed = editor.network, editor.fill().placed
     chain = max(before.chains.values(), key=lambda one: one.count)
     do(editor, "subdivide", at=chain.points[len(chain.points) // 2].tolist(), by=2, strip=True)
@@ -222,9 +236,7 @@ def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> 
 
 
 def test_a_curve_that_the_user_moves_is_no_longer_moved_by_fitting(source: PatternSource) -> None:
-    surface = horned(0.5)
-    editor = Retopology(surface, source)
-    do(editor, "draft", symmetry=False)
+    editor = drafted(0.5, False, source)
     chain = max(editor.network.chains.values(), key=lambda one: one.length)
     at = chain.points[len(chain.points) // 2]
     do(editor, "smooth", at=at.tolist())

@@ -184,7 +184,7 @@ def test_every_tool_leaves_given_faces_as_they_are(source: Database) -> None:
     middles = np.array([points[list(face)].mean(axis=0) for face in others])
     refused = changed = 0
     editor = Retopology.of_quads(found, source)
-    for step in range(160):
+    for step in range(80):
         if step % 20 == 0:
             editor = Retopology.of_quads(found, source)
         centre = middles[rng.integers(len(middles))]
@@ -221,8 +221,8 @@ def test_every_tool_leaves_given_faces_as_they_are(source: Database) -> None:
         if filled.placed.keys() == filled.network.patches.keys():
             whole = report_mesh(filled, found.surface, made)
             assert whole.tangled == 0
-    assert changed > 40
-    assert refused > 10
+    assert changed > 20
+    assert refused > 5
 
 
 def faces_of_kept(vertices: Points, faces: Sequence[Sequence[int]], points: Points) -> Faces:
