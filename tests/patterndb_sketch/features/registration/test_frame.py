@@ -49,8 +49,10 @@ def test_a_wrong_frame_is_refused_and_the_right_one_is_found(number: int) -> Non
         register(model, curves, car_template())
 
 
-@pytest.mark.parametrize("scale", [1000.0, 0.001, 39.37007874, 0.0254, 100.0, 3.280839895])
-@pytest.mark.parametrize("number", [0, 7])
+@pytest.mark.parametrize(
+    ("scale", "number"),
+    [(1000.0, 0), (0.001, 7), (39.37007874, 7), (0.0254, 0), (100.0, 7), (3.280839895, 0)],
+)
 def test_another_unit_of_length_is_told(scale: float, number: int) -> None:
     """Of a model that is turned, too: by the ratio, with which the curves would lie on it."""
     turned = TURNS[number].turn_model(car_model())
@@ -62,7 +64,7 @@ def test_another_unit_of_length_is_told(scale: float, number: int) -> None:
         register(model, car_curves(), car_template())
 
 
-@pytest.mark.parametrize("scale", [0.5, 0.8, 1.25, 2.0])
+@pytest.mark.parametrize("scale", [0.8, 2.0])
 def test_a_model_of_another_size_is_refused(scale: float) -> None:
     """Scaled by what is no ratio of units."""
     model = car_model()
