@@ -31,14 +31,14 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 import patterndb
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query.holes import fill_holes
 from query.holes.caps import FlatCap, RimPlane, find_cap, measure_walls
 from query.holes.neighbourhood import extract_neighbourhood
 from query.holes.projection import place_fill
 from query.holes.topology import MeshTopology
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 from cut_holes import Cut, make_cut, read_topology

@@ -29,7 +29,7 @@ from query.construct import construct_fills
 from query.construct.plan import Plan
 from query.construct.planner import Planner
 from query.listing.construction import FamilyLookup
-from query.recognise import as_fill
+from query.recognition import read_fill
 
 SIDES = (9, 10, 12, 16, 20, 24, 28, 34)
 LONGEST = 20
@@ -58,7 +58,7 @@ def least(plans: list[Plan]) -> int | None:
 
 def checked(fills: list[Fill], asked: Boundary) -> list[Fill]:
     for fill in fills:
-        again = as_fill(fill.quads, asked, "constructed")
+        again = read_fill(fill.quads, asked, "constructed")
         assert again.n_irregular == fill.n_irregular
         assert again.pattern == fill.pattern
     return fills
@@ -78,7 +78,7 @@ def milliseconds(seconds: list[float]) -> str:
 
 
 def convex(chance: random.Random, count: int, shortest: int) -> None:
-    lookup = FamilyLookup.shared()
+    lookup = FamilyLookup()
     print(f"\nConvex, lengths {shortest}..{LONGEST}, t - (N - 4): share, mean, worst\n")
     print("| N | grid ||| corners kept ||| pentagons cut ||| all, strict ||| all |||")
     print("| ---: |" + " ---: |" * 15)
@@ -103,7 +103,7 @@ def convex(chance: random.Random, count: int, shortest: int) -> None:
 
 
 def reflex(chance: random.Random, count: int) -> None:
-    lookup = FamilyLookup.shared()
+    lookup = FamilyLookup()
     print(f"\nReflex corners, N = 5..16, lengths 2..{LONGEST}: t\n")
     print("| reflex | mean t | worst | specification | mean above |convex - reflex - 4| | strict |")
     print("| ---: | ---: | ---: | ---: | ---: | ---: |")
@@ -156,7 +156,7 @@ def main() -> None:
     chance = random.Random(arguments.seed)
     # Tables are made before any clock runs.
     for n_reflex in (0, 2):
-        list(construct_fills(boundary(chance, 12, n_reflex, 1), FamilyLookup.shared()))
+        list(construct_fills(boundary(chance, 12, n_reflex, 1), FamilyLookup()))
     for shortest in (1, 2):
         convex(chance, arguments.count, shortest)
     reflex(chance, arguments.count)

@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 
 import patterndb
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query import Boundary, fills
 from query.boundary import CornerKind
@@ -43,7 +43,7 @@ from query.holes import HoleFill, fill_holes
 from query.holes.models import HoleModels
 from query.holes.neighbourhood import extract_neighbourhood, list_faces_near
 from query.holes.topology import MeshTopology
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "scripts"))
 from cut_holes import Cut, cut_everyday, cut_holes, read_topology

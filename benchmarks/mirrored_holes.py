@@ -16,11 +16,11 @@ from pathlib import Path
 
 import patterndb
 from ingest.formats import read_mesh
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.errors import InvalidMeshError
 from query.holes import Hole, HoleFill, MeshTopology, fill_holes, find_holes
 from query.holes.symmetry import prepare_twins
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 MOST_LOOPS = 30
 

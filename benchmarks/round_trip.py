@@ -25,9 +25,8 @@ from patterndb.core.patternclass import PatternClass
 from query import Boundary, Fill, fills
 from query.boundary import CornerKind
 from query.expand import expand_pattern
-from query.identity import is_mesh
 from query.orientation import list_distinct_orientations
-from query.recognise import as_fill
+from query.recognition import is_mesh, read_fill
 
 MOST_SIDES = 12
 
@@ -71,7 +70,7 @@ def narrow(pattern: Pattern) -> Pattern | None:
     if not pattern.self_crossing:
         return pattern
     wide = expand_pattern(pattern, [2] * pattern.n_chords)
-    return as_fill(wide.quads, bound(wide), "").pattern if is_mesh(wide.quads) else None
+    return read_fill(wide.quads, bound(wide), "").pattern if is_mesh(wide.quads) else None
 
 
 def bound(fill: Fill) -> Boundary:
@@ -113,7 +112,7 @@ def shuffle_quads(fill: Fill, chance: random.Random) -> np.ndarray:
 
 def differs(fill: Fill, boundary: Boundary, chance: random.Random) -> bool:
     """Are the quads read as anything else than what made them?"""
-    found = as_fill(shuffle_quads(fill, chance), boundary, fill.origin)
+    found = read_fill(shuffle_quads(fill, chance), boundary, fill.origin)
     return (found.pattern, found.widths, found.rotation, found.mirrored, found.n_irregular) != (
         fill.pattern, fill.widths, fill.rotation, fill.mirrored, fill.n_irregular
     )  # fmt: skip

@@ -24,12 +24,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.core.code import border_count
 from patterndb._native.core.halfedge import next_border_edge
 from patterndb.core import description as d
 from patterndb.core.code import Code, canonical_code
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import pack, unpack_many
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from patterndb.store import Database, Learned, LearningOptions, Provenance
 
@@ -64,10 +64,12 @@ class Outline(NamedTuple):
     def of_code(cls, code: Code) -> Outline:
         """The pattern of a canonical code."""
         twin = code.astype(np.int32) - 1
+        mesh = QuadMesh.from_twin(twin)
+        count = mesh.valence()[mesh.vertex]
         sides: list[list[int]] = []
         h = 0
         while True:
-            if border_count(twin, h) != 2:
+            if count[h] != 2:
                 sides.append([])
             sides[-1].append(h)
             h = next_border_edge(twin, h)

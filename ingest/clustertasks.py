@@ -127,7 +127,7 @@ def to_columns(record: Tally | Learned) -> dict[str, Any]:
     for field in fields(record):
         value = getattr(record, field.name)
         if field.name in _BYTES:
-            rows = value if isinstance(value, PackedRows) else PackedRows.from_rows(value)
+            rows = PackedRows.of(value)
             columns[field.name] = rows.raw
             columns[f"{field.name}_ends"] = rows.ends
         else:

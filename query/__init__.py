@@ -7,14 +7,13 @@ Read it in this order:
     contour             a boundary while it is drawn and changed
     drawingbase         the surface, or the plane, that it is drawn on
     orientation         the 2N ways in which a pattern can meet a boundary
-    families            patterns that are grown, not learned: every one with few irregular vertices
-    marks               where a boundary's corners may fall on a pattern, its own corners or others
+    relaxed             complete families, and where a boundary's corners may fall on their patterns
     solving             widths that make patterns meet lengths and strokes
     construct           a fill put together of parts, where no pattern has one
-    listing             the list of fills: tables, ranks, lanes, the stream, the orders
+    listing             the list of fills: tables, matches by rank, their merging, the orders
     engine              ``fills`` and ``best``, which put the question
     fill, expand        what a fill is, and how a pattern and its widths become one
-    identity, recognise when two fills are one; quads from elsewhere read as a pattern's
+    recognition         quads from elsewhere read as a fill; when two fills are one
     placing             where the vertices of a fill lie
 
 Names are loaded when they are asked for: ``import query`` waits for no solver.

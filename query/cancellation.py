@@ -109,20 +109,30 @@ class RunLimits:
     def hold(self) -> Generator[None]:
         """Cancel what follows a list when the list would have been; it does not stop the list."""
         self.begin()
-        flag = self.flag
+        with end_by(self.deadline), flag_deadline(self.flag):
+            yield
 
-        def ring() -> None:
-            flag[0] = 1
 
-        alarm = Alarm(self.deadline, ring) if self.deadline < math.inf else None
-        try:
-            if perf_counter() >= self.deadline:
-                ring()
-            with end_by(self.deadline):
-                yield
-        finally:
-            if alarm is not None:
-                alarm.call_off()
+@contextmanager
+def flag_deadline(flag: CancelFlag | None = None) -> Generator[CancelFlag]:
+    """Have a flag set at this thread's deadline (:mod:`patterndb.system.deadline`), and yield it.
+
+    flag: None for a new one.
+    """
+    given = np.zeros(1, np.uint8) if flag is None else flag
+
+    def ring() -> None:
+        given[0] = 1
+
+    moment = get_deadline()
+    alarm = Alarm(moment, ring) if moment < math.inf else None
+    try:
+        if perf_counter() >= moment:
+            ring()
+        yield given
+    finally:
+        if alarm is not None:
+            alarm.call_off()
 
 
 def share_out(

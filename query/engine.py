@@ -24,8 +24,8 @@ from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.listing.fills import Fills
+from query.listing.matches import PreparedQuery
 from query.listing.orders import ORDERS, FillOrder, default_order
-from query.listing.prepared import PreparedQuery
 from query.request import FillRequest
 
 #: What is left of a time limit at least once the class is read: the list then ends at once.

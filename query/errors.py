@@ -1,9 +1,8 @@
-"""Errors of queries beside that of an invalid boundary."""
+"""Errors of queries other than that of an invalid boundary."""
 
 from __future__ import annotations
 
 from patterndb.errors import PatternDBError
-from patterndb.system.numbers import MOST_COUNT
 
 
 class InvalidQueryError(PatternDBError, ValueError):
@@ -16,9 +15,3 @@ class QueryCancelledError(PatternDBError, RuntimeError):
 
 class SolverError(PatternDBError, RuntimeError):
     """CP-SAT gave a model up; its status is in the message."""
-
-
-def refuse_large(name: str, value: int, most: int = MOST_COUNT) -> None:
-    """Raise InvalidQueryError for an option's number that is too large."""
-    if value > most:
-        raise InvalidQueryError(f"{name} is more than {most:,}, the most; give less")

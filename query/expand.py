@@ -3,7 +3,7 @@
 Each pattern quad becomes a grid, as many quads along an edge as the polychord that
 crosses the edge is wide; grids are glued along the pattern's edges (Marcias et al. 2015,
 section 4). A quad that one polychord passes twice becomes a square grid. Of a marked pattern
-(:mod:`query.marks.marked`) the widths of the strands make the polychords wide.
+(:mod:`query.relaxed.corner_placement`) the widths of the strands make the polychords wide.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.marks.marked import MarkedClass
 from query.orientation import Orientation
+from query.relaxed.corner_placement import MarkedClass
 
 
 def expand_pattern(

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.formats import read_mesh
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from query.holes.loops import Hole, hole_of_faces
 from query.holes.topology import MeshTopology
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 #: Quads of a hole; below, there is nothing to choose, above, an artist would not select at once.
 LEAST_QUADS, MOST_QUADS = 6, 120

@@ -17,10 +17,10 @@ import numpy as np
 from cut_holes import Cut, cut_holes, read_topology
 
 import patterndb
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.store import Database
 from query.holes import HoleFill, fill_holes
-from query.identity import hash_quads
+from query.recognition import hash_quads
 from viewer.camera import fit_view
 from viewer.holes import (
     HALF,

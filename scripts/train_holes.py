@@ -57,7 +57,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 import patterndb
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.code import canonical_code
 from patterndb.core.packing import pack
 from patterndb.core.reduction import reduce_disk
@@ -96,7 +96,7 @@ from query.holes.ranking import (
 )
 from query.holes.ranking import PLACED as PLACED_BY_FACTS
 from query.holes.symmetry import ASYMMETRIC
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 #: Of every mesh lists stand for so many everyday holes, and so many irregular ones.
 EVERYDAY_STANDS, IRREGULAR_STANDS = 30, 12

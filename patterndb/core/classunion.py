@@ -70,7 +70,7 @@ def unite_classes(n_sides: int, shares: Sequence[ClassShare]) -> PatternClass:
         return_index=True,
         return_inverse=True,
     )
-    codes = _join_codes(parts)
+    codes = PackedRows.join([PackedRows.of(part.codes) for part in parts])
     _refuse_collisions(ids, codes, first, place)
     n_meshes = np.zeros(len(ids), np.int64)
     uses = np.zeros(len(ids), np.int64)
@@ -121,7 +121,7 @@ def unite_classes(n_sides: int, shares: Sequence[ClassShare]) -> PatternClass:
         signature=signature,
         rotation=_take(parts, "rotation", rows, np.int32),
         reflected=_take(parts, "reflected", rows, np.bool_),
-        codes=_take_codes(codes, rows),
+        codes=codes.take(rows),
         lengths=lengths,
         joins=joins,
     )
@@ -132,24 +132,6 @@ def _take(
 ) -> NDArray[ScalarT]:
     """A column's values in these rows of all parts, one after the other."""
     return np.concatenate([np.zeros(0, dtype), *(getattr(part, name) for part in parts)])[rows]
-
-
-def _join_codes(parts: Sequence[PatternClass]) -> PackedRows:
-    """The codes of all parts, one after the other."""
-    held = [
-        part.codes if isinstance(part.codes, PackedRows) else PackedRows.from_rows(part.codes)
-        for part in parts
-    ]
-    sizes = np.concatenate([np.zeros(0, np.int64), *(np.diff(one.ends) for one in held)])
-    raw = np.concatenate([np.zeros(0, np.uint8), *(one.raw for one in held)])
-    return PackedRows(raw, np.cumsum(np.r_[0, sizes], dtype=np.int64))
-
-
-def _take_codes(codes: PackedRows, rows: NDArray[np.int64]) -> PackedRows:
-    """The codes in these rows."""
-    sizes = np.diff(codes.ends)[rows]
-    raw = take_stretches(codes.raw, codes.ends[rows], sizes)
-    return PackedRows(raw, np.cumsum(np.r_[0, sizes], dtype=np.int64))
 
 
 def _refuse_collisions(

@@ -94,8 +94,10 @@ class PackedRows(Sequence[bytes]):
         self.ends = ends
 
     @classmethod
-    def from_rows(cls, rows: Sequence[bytes]) -> PackedRows:
-        """Of the bytes of every row."""
+    def of(cls, rows: Sequence[bytes]) -> PackedRows:
+        """Of the bytes of every row; the rows themselves if they are packed."""
+        if isinstance(rows, PackedRows):
+            return rows
         ends = np.zeros(len(rows) + 1, np.int64)
         np.cumsum(np.fromiter(map(len, rows), np.int64, len(rows)), out=ends[1:])
         return cls(np.frombuffer(b"".join(rows), np.uint8), ends)

@@ -133,7 +133,7 @@ class PatternClass:
         uses = uses or {}
         ids = [p.id for p in patterns]
         part = ClassPart(
-            PackedRows.from_rows([pack(p.code) for p in patterns]),
+            PackedRows.of([pack(p.code) for p in patterns]),
             d.describe([p.code for p in patterns]),
             ids=np.array(ids, np.int64),
             frequency=np.array([p.frequency for p in patterns], np.int64),
@@ -231,7 +231,7 @@ class ClassPart:
 
 #: A part without patterns.
 EMPTY_PART = ClassPart(
-    PackedRows.from_rows([]),
+    PackedRows.of([]),
     d.Descriptions(
         np.zeros((0, d.COLUMNS), np.int32), np.zeros(0, np.uint16), np.zeros(1, np.int64)
     ),

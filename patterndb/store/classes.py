@@ -216,9 +216,7 @@ _MAPPED: WeakValueDictionary[tuple[ArrayCache, int], PatternClass] = WeakValueDi
 
 def list_arrays(patterns: PatternClass) -> dict[str, NDArray[Any]]:
     """Return the arrays of a class by name, uses aside: the codes as bytes with their ends."""
-    codes = patterns.codes
-    if not isinstance(codes, PackedRows):
-        codes = PackedRows.from_rows(codes)
+    codes = PackedRows.of(patterns.codes)
     held = {name: getattr(patterns, name) for name in _FIELDS}
     return held | {"code_bytes": codes.raw, "code_ends": codes.ends}
 

@@ -120,7 +120,7 @@ def _dump_meshes(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> byte
         parts.append(columns)
         examples += [own[k] for k in order.tolist()]
     step, patches, mirrored = np.concatenate([np.zeros((3, 0), np.int64), *parts], axis=1)
-    packed = PackedRows.from_rows(examples)
+    packed = PackedRows.of(examples)
     arrays = {
         "step": step,
         "own": patches - mirrored,

@@ -18,8 +18,6 @@ from pathlib import Path
 
 import platformdirs
 
-from patterndb.system.files import replace_file
-
 #: Root's files are trusted as this user's own: root can change those as well.
 _ROOT = 0
 
@@ -73,35 +71,6 @@ def make_trusted(folder: Path) -> bool:
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
     return is_trusted(folder)
-
-
-def read_cached(name: str) -> bytes | None:
-    """What :func:`write_cached` kept under that name; None where there is nothing.
-
-    Whoever reads it must make sure that it is whole.
-    """
-    for folder in cache_folders():
-        if is_trusted(folder):
-            try:
-                return (folder / name).read_bytes()
-            except OSError:
-                continue
-    return None
-
-
-def write_cached(name: str, content: bytes) -> bool:
-    """Keep bytes under a file name, replacing in one step what was there.
-
-    Returns False where no folder can be written: a cache may fail.
-    """
-    for folder in cache_folders():
-        if make_trusted(folder):
-            try:
-                replace_file(folder / name, content)
-            except OSError:
-                continue
-            return True
-    return False
 
 
 def _is_ours(found: os.stat_result) -> bool:

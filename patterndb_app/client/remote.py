@@ -20,7 +20,7 @@ from patterndb.system.requests import list_changed, make_request
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.recognise import as_fill
+from query.recognition import read_fill
 from query.request import FillRequest
 
 if TYPE_CHECKING:
@@ -304,7 +304,7 @@ def make_fill(document: Mapping[str, Any], boundary: Boundary) -> Fill:
     Raises ServiceError where the quads are not of the pattern that they are said to be.
     """
     quads = np.array(document["quads"], np.int32).reshape(-1, 4)
-    found = as_fill(quads, boundary, document["origin"])
+    found = read_fill(quads, boundary, document["origin"])
     if found.pattern.name != document["pattern"]:
         raise ServiceError(
             f"the service says pattern {document['pattern']}, but the quads are of "

@@ -32,7 +32,7 @@ from patterndb_app.service.refusals import (
 )
 from patterndb_app.service.work import RequestWork
 from query.boundary import Boundary
-from query.recognise import as_fill
+from query.recognition import read_fill
 
 ROUTER = APIRouter()
 
@@ -125,7 +125,7 @@ def find_used(entries: UseEntries, database: ServedDatabase) -> Pattern:
         ) from None
     closed = len(sides) == 1 and len(sides[0]) > 1 and sides[0][0] == sides[0][-1]
     boundary = Boundary([len(side) - 1 for side in sides], () if closed else None)
-    pattern = as_fill(quads, boundary, origin).pattern
+    pattern = read_fill(quads, boundary, origin).pattern
     named = fill.get("pattern", pattern.name)
     if named != pattern.name:
         raise MalformedRequestError(

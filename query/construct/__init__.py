@@ -1,8 +1,8 @@
 """Constructed fills: where no pattern fits, one is put together of parts.
 
-Read plan (how an outline is cut up, and the mesh of its parts), parts (the pentagon and the
-rectangle, which need no table), trim and prolong (where to cut), planner (which plans there are)
-and constructed (what they come to, best first).
+Read plan (how an outline is cut up, what fills its parts, and the mesh that they make),
+pentagon_cuts and reflex_cuts (where to cut), planner (which plans there are) and constructed (their
+fills, best first).
 """
 
 from query.construct.constructed import construct_fills

@@ -14,7 +14,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
@@ -23,8 +23,13 @@ from query.construct.plan import Lookup, Plan, carry_out_plan, count_least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.identity import hash_quads
-from query.recognise import as_welded_fill, count_asked_quads, count_irregular, count_quads
+from query.recognition import (
+    count_asked_quads,
+    count_irregular,
+    count_quads,
+    hash_quads,
+    read_welded_fill,
+)
 
 #: What fills and patterns that were constructed give as their origin.
 ORIGIN = "constructed"
@@ -104,7 +109,7 @@ def _list_fills(
         if not ready:
             return
         try:
-            fill = as_welded_fill(*welder.weld(heappop(ready).plan), boundary, ORIGIN)
+            fill = read_welded_fill(*welder.weld(heappop(ready).plan), boundary, ORIGIN)
         except InvalidCodeError:
             # Its pattern has more quads than a code can name: it cannot be told of.
             continue

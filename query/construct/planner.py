@@ -12,8 +12,7 @@ from collections.abc import Iterator
 
 from query.boundary import Boundary
 from query.cancellation import NEVER, CancelFlag, raise_if_cancelled
-from query.construct import trim
-from query.construct.parts import find_best_rectangle
+from query.construct.pentagon_cuts import Trimmed, trim_outline
 from query.construct.plan import (
     DroppedCorners,
     Lookup,
@@ -22,8 +21,9 @@ from query.construct.plan import (
     TablePart,
     draw_chord,
     drop_corners,
+    find_best_rectangle,
 )
-from query.construct.prolong import find_prolongations
+from query.construct.reflex_cuts import find_prolongations
 
 #: Random choices of corners that follow the even ones.
 RANDOM_CHOICES = 100
@@ -208,9 +208,7 @@ class Planner:
         expected = abs(sum(2 - k for k in boundary.corner_counts) - 4)
         for ample, rank in WAYS[:ways]:
             raise_if_cancelled(self.cancelled)
-            stages = trim.trim_outline(
-                boundary, ample, rank, self._lookup.max_sides, drop=not strict
-            )
+            stages = trim_outline(boundary, ample, rank, self._lookup.max_sides, drop=not strict)
             tight = self._best_stage(stages, True, expected)
             if tight is not None:
                 found.append(tight)
@@ -225,9 +223,9 @@ class Planner:
             return [DroppedCorners(turn, plan, plan.count + n_dropped) for plan in found]
         return found
 
-    def _best_stage(self, stages: list[trim.Trimmed], strict: bool, enough: int) -> Plan | None:
+    def _best_stage(self, stages: list[Trimmed], strict: bool, enough: int) -> Plan | None:
         """The plan with fewest irregular vertices, or the first with at most ``enough``."""
-        best: tuple[int, trim.Trimmed, TablePart] | None = None
+        best: tuple[int, Trimmed, TablePart] | None = None
         for stage in stages:
             raise_if_cancelled(self.cancelled)
             rest = self._part(stage.rest, strict)

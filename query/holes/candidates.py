@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from patterndb._native.query.holes.candidates import turn_quads
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.reduction import reduce_disk
@@ -37,10 +37,9 @@ from query.holes.regular import (
     pave_loop,
 )
 from query.holes.symmetry import count_followed, find_mirrors, lose_by_mirrors
-from query.identity import hash_quads
-from query.listing.matches import Continuation, MatchSearch, list_matches
-from query.listing.ranking import Listing, Ranking
+from query.listing.matches import Continuation, Listing, MatchSearch, Ranking, list_matches
 from query.listing.table import get_strict_table
+from query.recognition import hash_quads
 from query.request import NO_DOUBLETS, PatternFilter
 from query.solving.problem import build_width_problem
 from query.solving.widths import WidthSolver
@@ -430,7 +429,6 @@ class HoleSearch:
             entries = table.entries(boundary, passing)
             self._listings[key] = Ranking(True, False).list_entries(table, entries)
         search = MatchSearch(
-            boundary=boundary,
             solver=WidthSolver(build_width_problem(boundary), threads=1),
             ranking=Ranking(True, False),
             keep=2,

@@ -20,8 +20,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.assignments import measure
-from patterndb._native.query.holes.trees import score_trees
+from patterndb._native.query.holes.corners import measure, score_trees
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.holes.symmetry import ASYMMETRIC, follow_mirrors

@@ -10,7 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.surroundings import count_faces, own_features
+from patterndb._native.query.holes.features import own_features
+from patterndb._native.query.holes.neighbourhood import count_faces
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.holes.loops import Hole

@@ -37,7 +37,7 @@ from query.holes.projection import HoleProjector
 from query.holes.ranking import Shortlist, rank_candidates
 from query.holes.symmetry import TwinFinder, find_rest, prepare_twins
 from query.holes.topology import MeshTopology
-from query.recognise import as_fill
+from query.recognition import read_fill
 
 #: Fills of a hole of which the other side shows a part; and what their score, which is that of the
 #: rest, is raised by: they come before all that do not follow the other side.
@@ -245,7 +245,7 @@ def _list_cap_fills(made: _FillMaker, cap: FlatCap, search: HoleSearch) -> Itera
         points, flipped = made.projector.place(quads, len(counts))
         if flipped or search.take_new(quads, len(counts)) is None:
             continue
-        fill = as_fill(quads, Boundary.closed(len(hole)), "constructed")
+        fill = read_fill(quads, Boundary.closed(len(hole)), "constructed")
         yield made.make(quads, points, score=AHEAD - rank, fill=fill, flat=True)
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.surroundings import (
+from patterndb._native.query.holes.neighbourhood import (
     count_faces,
     find_normals_beyond,
     measure_fans,

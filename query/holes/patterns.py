@@ -27,6 +27,7 @@ from patterndb.core.label import split_word
 from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Floats
+from query.cancellation import flag_deadline
 
 #: Embeddings that are kept of all that were tried.
 KEPT = 250
@@ -89,8 +90,8 @@ class HolePatterns:
         return [data[a:b] for a, b in itertools.pairwise(self.ends.tolist())]
 
     @cached_property
-    def _tables(self) -> _Tables:
-        return _Tables.of(d.describe(self._blobs))
+    def _tables(self) -> PatternTables:
+        return PatternTables.of(d.describe(self._blobs))
 
     @cached_property
     def _rows(self) -> dict[int, int]:
@@ -121,7 +122,8 @@ class HolePatterns:
         """Enumerate the likeliest embeddings of patterns in a loop.
 
         logs: (L, 4) log probabilities of 1 to 4 quads at each vertex. Returns the ways, likeliest
-        first, and the quads (c, L) that each has at the loop's vertices.
+        first, and the quads (c, L) that each has at the loop's vertices. Once this thread's
+        deadline is past, those found until then.
         """
         n = len(logs)
         if n % 2 or n > MOST_EDGES or not len(self):
@@ -131,18 +133,9 @@ class HolePatterns:
         loss[0, :n, 1:] = logs.max(axis=1, keepdims=True) - logs
         loss[1, :n] = loss[0, (-np.arange(n)) % n]
         loss[:, n:] = loss[:, :n]
-        found = enumerate_embeddings(
-            loss,
-            n,
-            t.first_side,
-            t.corner,
-            t.first_edge,
-            t.chord,
-            t.n_chords,
-            t.chiral,
-            SHARE * np.log(self.share),
-            most,
-        )
+        prior = SHARE * np.log(self.share)
+        with flag_deadline() as late:
+            found = enumerate_embeddings(loss, n, t, prior, most, late)
         scores, row, turn, mirrored, widths = found
         order = np.argsort(-scores, kind="stable")
         embeddings: list[PatternEmbedding] = []
@@ -183,7 +176,7 @@ class HolePatterns:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Tables:
+class PatternTables:
     """What the search needs of all patterns, in flat arrays.
 
     n_sides, n_chords, chiral: (p,). first_side: (p + 1,) where each pattern's sides begin; one side
@@ -200,7 +193,7 @@ class _Tables:
     chord: Int32Array
 
     @classmethod
-    def of(cls, rows: d.Descriptions) -> _Tables:
+    def of(cls, rows: d.Descriptions) -> PatternTables:
         """The tables of descriptions."""
         counts = rows.counts
         first_side, corner, first_edge, chord = [0], [], [0], []

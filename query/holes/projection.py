@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.holes.shape import laplacian_rows, measure_fill
-from patterndb._native.query.holes.shape import neighbours as _neighbours
+from patterndb._native.query.holes.projection import laplacian_rows, measure_fill
+from patterndb._native.query.holes.projection import neighbours as _neighbours
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.quadshape import flipped

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb._native.query.holes.regular import fill_walk, tabulate_rest
-from patterndb._native.query.holes.rings import pave
+from patterndb._native.query.holes.regular import fill_walk, pave, tabulate_rest
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 

@@ -17,12 +17,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from query.holes.loops import Hole
 from query.holes.topology import MeshTopology
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 #: How far a vertex may lie from the image of its partner, in mean edges of the loop.
 NEAR = 0.1

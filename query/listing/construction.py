@@ -4,19 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import Any
 
 from query.boundary import Boundary
+from query.cancellation import NEVER, CancelFlag
 from query.construct import construct_fills
 from query.construct.plan import PartFill
 from query.expand import expand_marked
 from query.fill import Fill
-from query.listing.matches import Batch, Found, MatchSearch
-from query.listing.prepared import PreparedQuery
-from query.listing.ranking import Rank
-from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, find_best_marked, load_family_index
+from query.listing.matches import Batch, Found, MatchSearch, PreparedQuery, Rank
 from query.placing.strands import count_edges_off
+from query.relaxed.bestmarked import (
+    BOUNDARY_CAP,
+    BestMarked,
+    find_best_marked,
+    load_family_index,
+)
 from query.request import Filter, admits
 from query.stroke import Stroke
 
@@ -28,25 +32,23 @@ KEPT = 65_536
 
 
 class FamilyLookup:
-    """Best fills of boundaries with 2 to 8 sides; see :class:`query.construct.plan.Lookup`."""
+    """Best fills of boundaries with 2 to 8 sides; see :class:`query.construct.plan.Lookup`.
+
+    What was looked up is kept for all that ask. Raises QueryCancelledError once ``cancelled`` is
+    set before the family is loaded.
+    """
 
     max_sides = MOST_SIDES
 
-    def __init__(self) -> None:
-        self._found = lru_cache(maxsize=KEPT)(self._find)
-
-    @staticmethod
-    @cache
-    def shared() -> FamilyLookup:
-        """The one that all queries use."""
-        return FamilyLookup()
+    def __init__(self, cancelled: CancelFlag = NEVER) -> None:
+        self._cancelled = cancelled
 
     def count(self, boundary: Boundary, *, strict: bool = False) -> int | None:
-        found = self._found(boundary, strict)
+        found = self._find(boundary, strict)
         return None if found is None else found.n_irregular
 
     def best(self, boundary: Boundary, *, strict: bool = False) -> PartFill | None:
-        found = self._found(boundary, strict)
+        found = self._find(boundary, strict)
         if found is None:
             return None
         marked = load_family_index(boundary.n_sides).marked
@@ -54,10 +56,16 @@ class FamilyLookup:
         return PartFill(got.quads, found.n_irregular)
 
     def _find(self, boundary: Boundary, strict: bool) -> BestMarked | None:
-        index = load_family_index(boundary.n_sides)
-        # Each reflex corner may cost one more than the marks of a convex boundary do.
-        most = index.marked.most + boundary.corners.count("reflex")
-        return find_best_marked(index, boundary, cap=0 if strict else BOUNDARY_CAP, most=most)
+        load_family_index(boundary.n_sides, cancelled=self._cancelled)
+        return _find_in_family(boundary, strict)
+
+
+@lru_cache(maxsize=KEPT)
+def _find_in_family(boundary: Boundary, strict: bool) -> BestMarked | None:
+    index = load_family_index(boundary.n_sides)
+    # Each reflex corner may cost one more than the marks of a convex boundary do.
+    most = index.marked.most + boundary.corners.count("reflex")
+    return find_best_marked(index, boundary, cap=0 if strict else BOUNDARY_CAP, most=most)
 
 
 #: Constructed fills come after all others with as many irregular vertices: their boundary ones
@@ -90,7 +98,7 @@ def list_constructed(
     constructed of parts with as few would be in the family itself. grid_only: see
     :func:`query.construct.construct_fills`.
     """
-    boundary = search.boundary
+    boundary = query.boundary
     request = query.request
     if query.ids is not None or request.min_frequency is not None:
         return
@@ -99,7 +107,7 @@ def list_constructed(
     yield Batch([], _rank(search, fewest, 0, 0, -1))
     made = construct_fills(
         boundary,
-        FamilyLookup.shared(),
+        FamilyLookup(search.cancelled),
         strict=request.strict,
         grid_only=grid_only,
         cancelled=search.cancelled,

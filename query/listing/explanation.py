@@ -9,8 +9,7 @@ from itertools import combinations, islice
 from patterndb.system.requests import list_options
 from query.boundary import Boundary
 from query.fill import Fill
-from query.listing.prepared import PreparedQuery
-from query.listing.ranking import Ranking, list_rows
+from query.listing.matches import PreparedQuery, Ranking, list_rows
 from query.listing.table import get_strict_table
 from query.request import FillRequest, PatternFilter
 

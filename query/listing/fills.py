@@ -14,9 +14,9 @@ from query.cancellation import CancelFlag, RunLimits, wait_unless_cancelled
 from query.errors import QueryCancelledError
 from query.fill import Fill
 from query.listing.explanation import explain_empty
+from query.listing.matches import PreparedQuery
 from query.listing.merging import HURRY_SECONDS, RankedSearch
 from query.listing.orders import ORDERS, Measure
-from query.listing.prepared import PreparedQuery
 
 #: Variants of a fill that are counted unless told otherwise.
 MOST_COUNTED = 25

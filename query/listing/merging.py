@@ -18,21 +18,29 @@ from patterndb.errors import TimeLimitError
 from query.cancellation import CancelFlag, RunLimits
 from query.errors import QueryCancelledError
 from query.fill import Fill
-from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
 from query.listing.matches import (
+    FAMILY,
     FIRST_KEPT,
     Batch,
     Candidate,
     Continuation,
     Found,
     MatchSearch,
+    PreparedQuery,
+    Rank,
+    Ranking,
     list_matches,
+    list_rows,
 )
-from query.listing.prepared import PreparedQuery
-from query.listing.ranking import Rank, Ranking, list_rows
-from query.listing.table import Table, get_begun_table, get_relaxed_table, get_strict_table
-from query.recognise import reread_fill
+from query.listing.table import (
+    Table,
+    find_least_irregular,
+    get_begun_table,
+    get_relaxed_table,
+    get_strict_table,
+)
+from query.recognition import hash_fill, is_mesh, reread_fill
 from query.request import admits
 from query.solving.problem import WidthProblem, build_width_problem
 from query.solving.widths import WidthSolver
@@ -45,7 +53,6 @@ HURRY_SECONDS = 0.1
 
 #: Origins that are asked for by name.
 LEARNED = "learned"
-FAMILY = "family"
 CONSTRUCTED = "constructed"
 
 
@@ -203,8 +210,9 @@ class RankedSearch:
             # Making the table takes a third of a second where the database was just opened.
             if self._limits.flag[0]:
                 return
-            table = get_relaxed_table(q.patterns, q.frequencies)
-            least = table.least(q.boundary, q.request.max_boundary_irregular)
+            table = get_relaxed_table(q.patterns, q.frequencies, self._limits.flag)
+            most = q.request.max_boundary_irregular
+            least = find_least_irregular(q.boundary, most, self._limits.flag)
             if least is not None:
                 yield list_matches(table, list_rows(q, table, search.ranking), search, least)
         if q.request.wants(CONSTRUCTED):
@@ -236,7 +244,6 @@ class RankedSearch:
         q = self._query
         most = min((n for n in (wanted, q.most_looked_at) if n is not None), default=None)
         return MatchSearch(
-            boundary=q.boundary,
             solver=self._solver(q.request.tolerance if tolerance is None else tolerance),
             ranking=Ranking(artist, q.request.use_counts, worth),
             # One more than is asked for tells whether there are more.

@@ -6,7 +6,7 @@
 To add an order, write a function that measures a fill (see :data:`Measure`) and give it an entry in
 :data:`ORDERS`: a name, what comes first, and what it needs. Nothing else has to know of it, and
 tests/query/listing/test_orders.py finds it. Two entries have no measure: "artist" and "regular" are
-ranks that fits have before they are expanded (:mod:`query.listing.ranking`). All others sort the
+ranks that fits have before they are expanded (:mod:`query.listing.matches`). All others sort the
 first fills of "artist" (``pool`` of :func:`query.fills`).
 
 Nothing here waits for solvers until a fill is measured: a command line's --help reads it.
@@ -137,7 +137,7 @@ def measure_symmetry(
     fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
 ) -> tuple[float, Fill]:
     """Count the symmetries of the boundary that the fill has too, below 0: the most come first."""
-    from query.identity import count_symmetries
+    from query.recognition import count_symmetries
 
     return -float(count_symmetries(fill, boundary)), fill
 

@@ -1,8 +1,9 @@
 """Tables: what a boundary can be matched with, one row for every pattern and set of marks.
 
 A strict table holds the patterns of one class, whose corners fall on the boundary's corners.
-A relaxed one holds marked patterns (:mod:`query.marks.marked`), whose marks do. To a query both are
-the same: labels of strands, and for each row and orientation a count of irregular vertices.
+A relaxed one holds marked patterns (:mod:`query.relaxed.corner_placement`), whose marks do. To a
+query both are the same: labels of strands, and for each row and orientation a count of irregular
+vertices.
 """
 
 from __future__ import annotations
@@ -20,14 +21,19 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query.boundary import QUADS_AT, Boundary
+from query.cancellation import NEVER, CancelFlag
 from query.expand import expand_marked, expand_pattern
 from query.fill import Fill
-from query.identity import is_mesh
-from query.marks.bestmarked import MOST_SIDES, MarkedIndex, find_best_marked
-from query.marks.marked import MarkedClass, load_marked_family, mark_patterns
-from query.marks.markplaces import MOST_SLOTS
-from query.marks.patterntable import PatternTable
 from query.orientation import list_chord_symmetries, list_corners_seen, list_orientations
+from query.recognition import is_mesh
+from query.relaxed.bestmarked import MOST_SIDES, find_best_marked, load_family_index
+from query.relaxed.corner_placement import (
+    MOST_SLOTS,
+    MarkedClass,
+    load_marked_family,
+    mark_patterns,
+)
+from query.relaxed.family import PatternTable
 from query.solving.problem import Labels
 from query.solving.systems import SignatureRows
 
@@ -241,13 +247,12 @@ class RelaxedTable:
         self.uses = np.zeros(len(marked), np.int64)
         self.n_meshes = np.zeros(len(marked), np.int32)
         self.n_symmetries = np.ones(len(marked), np.int32)
-        self.n_quads = np.array([len(code) for code in patterns.codes], np.int32)[of] // 4
+        self.n_quads = patterns.n_quads[of]
         self.n_loops = patterns.n_loops[of]
         self.n_corners = patterns.n_sides[of]
         self.min_valence = patterns.min_valence[of]
         self.max_valence = patterns.max_valence[of]
         self.listings: dict[Any, Any] = {}
-        self._index: MarkedIndex | None = None
         self.fresh = np.ones(len(marked), np.bool_)
         if known is not None:
             self.fresh = ~(marked.strict & np.isin(self.ids, known.ids))
@@ -293,20 +298,6 @@ class RelaxedTable:
             len(every),
         )
 
-    def least(self, boundary: Boundary, cap: int | None) -> int | None:
-        """The fewest irregular vertices of a fill with at most ``cap`` on the boundary.
-
-        None where there is no such fill; 0 where that cannot be told at once.
-        """
-        if self.marked.n_sides > MOST_SIDES:
-            return 0
-        if self._index is None:
-            self._index = MarkedIndex.of(self.marked)
-        found = find_best_marked(
-            self._index, boundary, cap=boundary.perimeter if cap is None else cap
-        )
-        return None if found is None else found.n_irregular
-
     def fill(
         self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
     ) -> Fill:
@@ -349,18 +340,37 @@ def get_strict_table(patterns: PatternClass) -> StrictTable:
 
 
 def get_relaxed_table(
-    patterns: PatternClass, frequencies: Frequencies | None = None
+    patterns: PatternClass,
+    frequencies: Frequencies | None = None,
+    cancelled: CancelFlag = NEVER,
 ) -> RelaxedTable:
     """The complete family's marked patterns of as many sides, less the strict ones of the class.
 
-    frequencies: of the database that the class is of.
+    frequencies: of the database that the class is of. Raises QueryCancelledError once ``cancelled``
+    is set before the family is loaded.
     """
     with _MAKING:
         if "relaxed" not in patterns.tables:
             n = patterns.n_sides
-            marked = load_marked_family(max(n, 1), free=n == 0)
+            marked = load_marked_family(max(n, 1), free=n == 0, cancelled=cancelled)
             patterns.tables["relaxed"] = RelaxedTable(marked, patterns, frequencies)
         return patterns.tables["relaxed"]
+
+
+def find_least_irregular(
+    boundary: Boundary, most_on_boundary: int, cancelled: CancelFlag = NEVER
+) -> int | None:
+    """The fewest irregular vertices of a relaxed fill with at most so many on the boundary.
+
+    None where there is no such fill; 0 where that cannot be found out at once. Raises
+    QueryCancelledError once ``cancelled`` is set before the family is loaded.
+    """
+    n = boundary.n_sides
+    if n > MOST_SIDES:
+        return 0
+    index = load_family_index(max(n, 1), free=n == 0, cancelled=cancelled)
+    found = find_best_marked(index, boundary, cap=most_on_boundary)
+    return None if found is None else found.n_irregular
 
 
 def get_begun_table(patterns: PatternClass) -> RelaxedTable:

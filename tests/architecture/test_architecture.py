@@ -53,7 +53,7 @@ FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook", "patterndb.ver
 #: What deals with files, processes or people. All else but the viewer knows arrays only:
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
 WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.formats")
-WORLDLY_MODULES += ("patterndb.notebook", "patterndb.verbs", "ingest.read")
+WORLDLY_MODULES += ("patterndb.notebook", "patterndb.verbs")
 WORLDLY_MODULES += ("patterndb_sketch.retopo.arguments",)  # quotes values as JSON
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
 WORLDLY_MODULES += ("patterndb.store.starter", "ingest.pipeline")

@@ -16,8 +16,8 @@ from patterndb.core.reduction import reduce_disk
 from query import Fill
 from query.errors import InvalidQueryError
 from query.expand import expand_pattern
-from query.identity import is_mesh
 from query.orientation import list_distinct_orientations
+from query.recognition import is_mesh
 from tests.support.query.cases import (
     all_orientations,
     class_of,

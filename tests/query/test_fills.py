@@ -20,8 +20,8 @@ from patterndb.errors import InvalidBoundaryError, PatternDBError
 from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError
-from query.identity import is_mesh
 from query.listing.explanation import explain_impossible
+from query.recognition import is_mesh
 from query.request import NO_DOUBLETS, PatternFilter
 from query.solving import feasibility, widths
 from tests.support.fillchecks import check_fill

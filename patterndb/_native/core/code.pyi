@@ -52,9 +52,6 @@ def code_starts(twin: Int32Array, starts: Int32Array) -> int:
     border vertex where there is no corner. starts: (>= 4q,) int32.
     """
 
-def border_count(twin: Int32Array, h: int) -> int:
-    """Number of quads at the tail of border half-edge h."""
-
 def is_disk_code(twin: Int32Array) -> bool:
     """Are these the half-edges that a code of a disk describes?
 

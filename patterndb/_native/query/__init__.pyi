@@ -1,9 +1,7 @@
 from . import construct as construct
 from . import expand as expand
-from . import families as families
 from . import holes as holes
-from . import identity as identity
-from . import marks as marks
 from . import placing as placing
-from . import recognise as recognise
+from . import recognition as recognition
+from . import relaxed as relaxed
 from . import solving as solving

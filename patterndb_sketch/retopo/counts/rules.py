@@ -67,7 +67,7 @@ def is_cheap_by_family(lengths: tuple[int, ...]) -> bool:
     n = len(lengths)
     if not 2 <= n <= MOST_SIDES or sum(lengths) % 2:
         return False
-    count = FamilyLookup.shared().count(Boundary(lengths))
+    count = FamilyLookup().count(Boundary(lengths))
     return count is not None and count <= abs(n - 4)
 
 

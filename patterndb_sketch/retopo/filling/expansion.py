@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from patterndb._native.core.code import rooted_code
 from patterndb._native.query.expand import expand_quads
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.errors import PatternDBError
@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice
 from query.boundary import Boundary
 from query.expand import list_pattern_edges
-from query.recognise import as_fill
+from query.recognition import read_fill
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -168,7 +168,7 @@ def _list_readings(choice: Choice) -> Iterator[tuple[Pattern, tuple[int, ...], i
             yield pattern, widths, choice.rotation, choice.mirrored, True
         yield pattern, widths, choice.rotation, choice.mirrored, False
     try:
-        found = as_fill(choice.faces, Boundary(choice.lengths), choice.origin)
+        found = read_fill(choice.faces, Boundary(choice.lengths), choice.origin)
     except PatternDBError as error:
         raise RefusedError(f"the patch's fill cannot be read: {error}") from error
     strict = found.strict and found.pattern.n_sides > 0

@@ -23,8 +23,8 @@ from patterndb_sketch.retopo.network import Edit, Network, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
-from query.identity import is_mesh
 from query.placing.laplace import HeldQuads
+from query.recognition import is_mesh
 from query.solving.problem import Labels, WidthProblem
 from query.solving.widths import WidthSolver
 

@@ -201,6 +201,54 @@ mod tests {
     }
 
     #[test]
+    fn random_keys_are_found_in_tables_of_any_size() {
+        let random = random_pairs(6000);
+        for keys in random.chunks(60) {
+            // Few different low bits, so that keys collide and runs wrap round the table's end.
+            let narrow = |x: u64| if x % 8 == 0 { x | 15 } else { 1 + x % 40 };
+            let mut map = KeyMap::new(4);
+            let mut known = std::collections::HashMap::new();
+            for key in keys.iter().map(|key| key.map(narrow)) {
+                let value = known.len() as i32;
+                match map.get(key) {
+                    Ok(found) => assert_eq!(known.get(&key), Some(&found)),
+                    Err(_) => {
+                        if !has_slot(known.len() as i64, map.keys.len()) {
+                            map.double();
+                        }
+                        let slot = map.get(key).expect_err("a key is found that is not there");
+                        map.set(slot, key, value);
+                        assert_eq!(known.insert(key, value), None);
+                    }
+                }
+            }
+            assert!(map.keys.len() as f64 * LOAD >= known.len() as f64);
+            let doubled = double_set(&map.keys);
+            for (&key, &value) in &known {
+                assert_eq!(map.get(key), Ok(value));
+                assert!(find(&doubled, key).is_ok());
+            }
+            for set in [&map.keys[..], &doubled] {
+                assert_eq!(
+                    set.iter().filter(|&&key| key != [0, 0]).count(),
+                    known.len()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn hashes_of_random_lists_differ() {
+        let random = random_pairs(2000);
+        let symbols = |key: &Key| (0..key[1] % 8).map(move |k| (key[0] >> (8 * k)) as u16 % 1000);
+        let lists: std::collections::HashSet<Vec<u16>> =
+            random.iter().map(|key| symbols(key).collect()).collect();
+        let hashes: std::collections::HashSet<Key> =
+            lists.iter().map(|list| hash_symbols(list)).collect();
+        assert_eq!(hashes.len(), lists.len());
+    }
+
+    #[test]
     fn hashes_tell_lengths_and_symbols_apart() {
         let lists = [&[][..], &[0_u16], &[0, 0], &[1], &[0, 1], &[1, 0]];
         for (i, a) in lists.iter().enumerate() {

@@ -117,11 +117,6 @@ fn code_starts<'py>(
 }
 
 #[pyfunction]
-fn border_count<'py>(py: Python<'py>, twin: Items<'py, i32>, h: i32) -> Answered<'py> {
-    compute!(py, twin => code::border_count(twin, h))
-}
-
-#[pyfunction]
 fn is_disk_code<'py>(py: Python<'py>, twin: Items<'py, i32>) -> Answered<'py> {
     compute!(py, twin => code::is_disk_code(twin))
 }
@@ -311,7 +306,7 @@ fn survey<'py>(py: Python<'py>, twin: Items<'py, i32>) -> Answered<'py> {
 
 pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     add_functions!(parent, "code": rooted_code, clockwise_start, smallest_code, code_starts,
-        border_count, is_disk_code);
+        is_disk_code);
     add_functions!(parent, "description": describe);
     add_functions!(parent, "halfedge": fans, border_vertices, next_border_edge);
     add_functions!(parent, "polychord": trace);

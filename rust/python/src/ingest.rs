@@ -296,47 +296,6 @@ fn random_pairs(py: Python<'_>, n: usize) -> Answered<'_> {
     compute!(py, => hashing::random_pairs(n))
 }
 
-/// A code, or the bytes of a packed one.
-#[derive(FromPyObject)]
-enum Symbols<'py> {
-    Code(Items<'py, u16>),
-    Packed(Items<'py, u8>),
-}
-
-#[pyfunction]
-fn hash_symbols<'py>(py: Python<'py>, code: Symbols<'py>, n: usize) -> Answered<'py> {
-    match code {
-        Symbols::Code(code) => {
-            compute!(py, code => <(u64, u64)>::from(hashing::hash_symbols(&code[..n])))
-        }
-        Symbols::Packed(code) => {
-            compute!(py, code => <(u64, u64)>::from(hashing::hash_symbols(&code[..n])))
-        }
-    }
-}
-
-#[pyfunction]
-fn find<'py>(py: Python<'py>, keys: Rows<'py, u64, 2>, a: u64, b: u64) -> Answered<'py> {
-    compute!(py, keys => match hashing::find(keys, [a, b]) {
-        Ok(slot) => slot as i64,
-        Err(slot) => -1 - slot as i64,
-    })
-}
-
-#[pyfunction]
-fn double_set<'py>(py: Python<'py>, keys: Rows<'py, u64, 2>) -> Answered<'py> {
-    compute!(py, keys => hashing::double_set(keys))
-}
-
-#[pyfunction]
-fn double_map<'py>(
-    py: Python<'py>,
-    keys: Rows<'py, u64, 2>,
-    values: Items<'py, i32>,
-) -> Answered<'py> {
-    compute!(py, keys, values => hashing::double_map(keys, values))
-}
-
 #[pyfunction]
 fn hash_rows<'py>(py: Python<'py>, raw: Items<'py, u8>, ends: Items<'py, i64>) -> Answered<'py> {
     compute!(py, raw, ends => learning::hash_rows(raw, ends))
@@ -381,7 +340,7 @@ pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     add_functions!(parent, "basic": count_basic);
     add_functions!(parent, "census": new_bench, kernel_mesh);
     add_functions!(parent, "growth": grow);
-    add_functions!(parent, "hashing": random_pairs, hash_symbols, find, double_set, double_map);
+    add_functions!(parent, "hashing": random_pairs);
     add_functions!(parent, "learning": hash_rows, pack_faces);
     add_functions!(parent, "prepare": collapse_all);
     add_functions!(parent, "shards": breadth_first);

@@ -2,11 +2,11 @@
 
 mod holes;
 mod placing;
+mod relaxed;
 mod solving;
 
-use patterndb_query::construct::{parts, plan, prolong};
-use patterndb_query::families::growing::{self, Bounds};
-use patterndb_query::{expand, identity, recognise};
+use patterndb_query::construct::{pentagon_cuts, plan, reflex_cuts};
+use patterndb_query::{expand, recognition};
 use pyo3::prelude::*;
 
 use crate::add_module;
@@ -21,8 +21,8 @@ fn find_pentagon_cuts<'py>(
     ample: i64,
 ) -> Answered<'py> {
     compute!(py, lengths, counts => {
-        let cuts = parts::find_pentagon_cuts(lengths, counts, ample);
-        let row = |cut: &parts::PentagonCut| [cut.side as i64, cut.before, cut.after, cut.chord];
+        let cuts = pentagon_cuts::find_pentagon_cuts(lengths, counts, ample);
+        let row = |cut: &pentagon_cuts::PentagonCut| [cut.side as i64, cut.before, cut.after, cut.chord];
         cuts.iter().map(row).collect::<Vec<_>>()
     })
 }
@@ -30,7 +30,7 @@ fn find_pentagon_cuts<'py>(
 #[pyfunction]
 fn find_best_places<'py>(py: Python<'py>, gain: Items<'py, i64>) -> Answered<'py> {
     compute!(py, gain => {
-        let best = parts::find_best_places(gain);
+        let best = plan::find_best_places(gain);
         (best.gain, best.p, best.a)
     })
 }
@@ -61,21 +61,12 @@ fn list_prolongations<'py>(
     most_perimeter: i64,
 ) -> Answered<'py> {
     compute!(py, lengths, counts => {
-        let cuts = prolong::list_prolongations(lengths, counts, most_perimeter);
+        let cuts = reflex_cuts::list_prolongations(lengths, counts, most_perimeter);
         let rows: Vec<[i64; 5]> = cuts
             .iter()
             .map(|cut| [cut.corner as i64, cut.back.into(), cut.far as i64, cut.place, cut.length])
             .collect();
         (rows, cuts.iter().map(|cut| cut.guess).collect::<Vec<_>>())
-    })
-}
-
-/// Return codes one after the other, and where each begins and the last ends.
-#[pyfunction]
-fn grow_patterns(py: Python<'_>, most: i32, valence: i32, max_quads: usize) -> Answered<'_> {
-    compute!(py, => {
-        let grown = growing::grow_patterns(Bounds { most, valence, max_quads });
-        (grown.flat, grown.offsets)
     })
 }
 
@@ -99,7 +90,7 @@ fn weld_quads<'py>(
     perimeter: i32,
 ) -> Answered<'py> {
     compute!(py, quads => {
-        let (twin, fault) = identity::weld_quads(quads, n_vertices, perimeter);
+        let (twin, fault) = recognition::weld_quads(quads, n_vertices, perimeter);
         (twin, fault as u8)
     })
 }
@@ -111,26 +102,23 @@ fn read_code<'py>(
     twin: Items<'py, i32>,
     closed: bool,
 ) -> Answered<'py> {
-    compute!(py, quads, twin => identity::read_code(quads, twin, closed))
+    compute!(py, quads, twin => recognition::read_code(quads, twin, closed))
 }
 
 #[pyfunction]
 fn lengths<'py>(py: Python<'py>, twin: Items<'py, i32>, head: Items<'py, i32>) -> Answered<'py> {
-    compute!(py, twin, head => recognise::lengths(twin, head))
+    compute!(py, twin, head => recognition::lengths(twin, head))
 }
 
 pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     let module = &add_module(parent, "construct")?;
-    add_functions!(module, "parts": find_pentagon_cuts, find_best_places);
-    add_functions!(module, "plan": split_loop);
-    add_functions!(module, "prolong": list_prolongations);
-    let module = &add_module(parent, "families")?;
-    add_functions!(module, "growing": grow_patterns);
+    add_functions!(module, "pentagon_cuts": find_pentagon_cuts);
+    add_functions!(module, "plan": find_best_places, split_loop);
+    add_functions!(module, "reflex_cuts": list_prolongations);
     add_functions!(parent, "expand": expand_quads);
-    add_functions!(parent, "identity": read_code, weld_quads);
-    add_functions!(parent, "recognise": lengths);
+    add_functions!(parent, "recognition": lengths, read_code, weld_quads);
     holes::add(&add_module(parent, "holes")?)?;
     placing::add(&add_module(parent, "placing")?)?;
-    solving::add(&add_module(parent, "solving")?)?;
-    solving::add_marks(&add_module(parent, "marks")?)
+    relaxed::add(&add_module(parent, "relaxed")?)?;
+    solving::add(&add_module(parent, "solving")?)
 }

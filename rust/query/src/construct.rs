@@ -1,5 +1,5 @@
 //! Constructions: boundaries of many sides or long ones, cut into parts.
 
-pub mod parts;
+pub mod pentagon_cuts;
 pub mod plan;
-pub mod prolong;
+pub mod reflex_cuts;

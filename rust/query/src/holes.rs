@@ -2,16 +2,15 @@
 
 use patterndb_geometry::Point;
 
-pub mod assignments;
 pub mod candidates;
+pub mod corners;
+pub mod features;
 pub mod loops;
+pub mod neighbourhood;
 pub mod patterns;
+pub mod projection;
 pub mod ranking;
 pub mod regular;
-pub mod rings;
-pub mod shape;
-pub mod surroundings;
-pub mod trees;
 
 /// The number of quads that touch a regular vertex inside a mesh.
 const REGULAR: i32 = 4;

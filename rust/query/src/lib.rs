@@ -5,10 +5,8 @@
 
 pub mod construct;
 pub mod expand;
-pub mod families;
 pub mod holes;
-pub mod identity;
-pub mod marks;
 pub mod placing;
-pub mod recognise;
+pub mod recognition;
+pub mod relaxed;
 pub mod solving;

@@ -70,8 +70,8 @@ def test_many_lists_at_once(lists: list[list[int]]) -> None:
 @given(st.lists(st.lists(st.binary(max_size=5))), st.data())
 def test_rows_are_joined_and_taken(parts: list[list[bytes]], data: st.DataObject) -> None:
     rows = [row for part in parts for row in part]
-    joined = PackedRows.join([PackedRows.from_rows(part) for part in parts])
-    assert joined == PackedRows.from_rows(rows)
+    joined = PackedRows.join([PackedRows.of(part) for part in parts])
+    assert joined == PackedRows.of(rows)
     assert list(joined) == rows
     places = st.lists(st.integers(0, len(rows) - 1)) if rows else st.just([])
     at = np.array(data.draw(places), np.int64)

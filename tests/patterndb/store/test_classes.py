@@ -323,7 +323,7 @@ def test_a_cache_drops_what_was_not_used_for_longest(
 
 def test_packed_rows_are_the_rows() -> None:
     rows = [b"one", b"", b"three", b"\x00\xff"]
-    packed = PackedRows.from_rows(rows)
+    packed = PackedRows.of(rows)
     assert list(packed) == rows
     assert packed[-1] == rows[-1]
     assert packed[1:3] == rows[1:3]

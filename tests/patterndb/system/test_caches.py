@@ -14,12 +14,7 @@ import pytest
 
 from patterndb.store import starter
 from patterndb.system import caches
-from patterndb.system.caches import (
-    is_trusted,
-    make_trusted,
-    read_cached,
-    write_cached,
-)
+from patterndb.system.caches import is_trusted, make_trusted
 from patterndb.system.files import UNFINISHED, remove_unfinished, replace_file
 from patterndb.system.mappedarrays import ArrayCache
 
@@ -118,6 +113,15 @@ def test_what_is_made_is_for_its_owner_alone(shared: Path) -> None:
     assert stat.S_IMODE((shared / "cache").stat().st_mode) == 0o700
 
 
+def keep_arrays(
+    folder: Path, cache: ArrayCache, monkeypatch: pytest.MonkeyPatch, planted: int = 0
+) -> list[Path]:
+    """Files of arrays in a cache folder."""
+    monkeypatch.setattr("patterndb.system.mappedarrays.cache_folders", lambda: [folder])
+    assert cache.keep("class", {"ids": np.full(2, planted)})
+    return list((folder / "arrays").iterdir())
+
+
 @as_root
 class TestAnotherUser:
     """What another user of the machine plants is not used, and does not stand in the way."""
@@ -129,18 +133,12 @@ class TestAnotherUser:
         for module in ("patterndb.store.starter", "patterndb.system.mappedarrays"):
             monkeypatch.setattr(f"{module}.cache_folders", lambda: [theirs])
 
-    def test_their_cached_files_are_not_read(self, theirs: Path) -> None:
-        put(theirs / "answers", b"planted")
-        assert read_cached("answers") is None and not write_cached("answers", b"ours")
-        assert (theirs / "answers").read_bytes() == b"planted"
-
     def test_their_link_to_our_folder_is_not_followed(self, theirs: Path, tmp_path: Path) -> None:
         (tmp_path / "own").mkdir(mode=0o700)
-        put(tmp_path / "own" / "answers", b"of something else")
         theirs.rmdir()
         theirs.symlink_to(tmp_path / "own")
         os.chown(theirs, OTHER, OTHER, follow_symlinks=False)
-        assert not is_trusted(theirs) and read_cached("answers") is None
+        assert not is_trusted(theirs) and not make_trusted(theirs)
 
     def test_a_folder_of_ours_within_theirs_is_not_trusted(self, theirs: Path) -> None:
         ours = theirs / "arrays"
@@ -188,10 +186,13 @@ class TestAnotherUser:
     ) -> None:
         """They may link a file of ours into their folder where the system lets them: its owner
         is right, its folder is not."""
-        ours = shared / "ours"
-        ours.write_bytes(b"a file of another place")
-        os.link(ours, theirs / "answers")
-        assert read_cached("answers") is None
+        cache = ArrayCache("a database", "a content")
+        (kept,) = keep_arrays(shared / "own", cache, monkeypatch)
+        (theirs / "arrays").mkdir()
+        os.link(kept, theirs / "arrays" / kept.name)
+        os.chown(theirs / "arrays", OTHER, OTHER)
+        monkeypatch.setattr("patterndb.system.mappedarrays.cache_folders", lambda: [theirs])
+        assert cache.find("class") is None
 
     @pytest.mark.parametrize("step", ["rename", "link"])
     def test_a_folder_is_not_exchanged_between_looking_and_reading(
@@ -202,24 +203,27 @@ class TestAnotherUser:
         open_to_all.mkdir()
         open_to_all.chmod(0o777)
         ours = open_to_all / "cache"
-        ours.mkdir(mode=0o700)
-        put(ours / "answers", b"ours")
-        monkeypatch.setattr(caches, "cache_folders", lambda: [ours])
+        cache = ArrayCache("a database", "a content")
+        keep_arrays(tmp_path / "own", cache, monkeypatch)
+        keep_arrays(tmp_path / "evil", cache, monkeypatch, planted=1)
+        (tmp_path / "own").rename(ours)
+        monkeypatch.setattr("patterndb.system.mappedarrays.cache_folders", lambda: [ours])
         look: Callable[[Path], bool] = caches.is_trusted
 
         def look_and_lose(folder: Path) -> bool:
             said = look(folder)
             if folder == ours and ours.is_dir():
                 ours.rename(open_to_all / "aside")
-                put(open_to_all / "evil" / "answers", b"planted")
+                (tmp_path / "evil").rename(open_to_all / "evil")
                 if step == "rename":
                     (open_to_all / "evil").rename(ours)
                 else:
                     ours.symlink_to(open_to_all / "evil")
             return said
 
-        monkeypatch.setattr(caches, "is_trusted", look_and_lose)
-        assert read_cached("answers") != b"planted"
+        monkeypatch.setattr("patterndb.system.mappedarrays.is_trusted", look_and_lose)
+        found = cache.find("class")
+        assert found is None or found["ids"].tolist() == [0, 0]
 
 
 class TestLeftovers:

@@ -17,12 +17,12 @@ from query.construct.plan import carry_out_plan, count_least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
 from query.listing.construction import FamilyLookup
-from query.recognise import count_irregular, count_quads
+from query.recognition import count_irregular, count_quads
 from tests.support.fillchecks import check_fill
 from tests.support.query.cases import code_of
 from tests.support.query.construct import assert_fills
 
-LOOKUP = FamilyLookup.shared()
+LOOKUP = FamilyLookup()
 
 CONVEX: list[CornerKind] = ["convex"]
 REFLEX: list[CornerKind] = ["reflex"]

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ingest.formats import read_mesh
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.surface import Surface
@@ -52,8 +52,8 @@ from query.holes.symmetry import (
     follow_mirrors,
     prepare_twins,
 )
-from query.identity import hash_quads
 from query.placing import measure_flow_distance
+from query.recognition import hash_quads
 from tests.support.shared import CHECKOUT
 
 HEAD = CHECKOUT / "examples" / "head.obj"

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.pattern import Pattern
+from patterndb.system.deadline import end_by
 from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.models import shipped_models
 from query.holes.patterns import KEPT, REACH, SHARE, HolePatterns, PatternEmbedding
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 
 def some_patterns(rows: list[int]) -> HolePatterns:
@@ -138,3 +140,13 @@ def test_odd_and_long_loops_have_no_ways() -> None:
     for n in (7, 200):
         embeddings, quads = patterns.enumerate_embeddings(np.full((n, 4), -1.0))
         assert not embeddings and quads.shape == (0, n)
+
+
+def test_the_deadline_of_the_thread_ends_the_search() -> None:
+    logs = np.log(np.random.default_rng(1).dirichlet(np.full(4, 0.4), size=40) + 1e-5)
+    with end_by(0.0):
+        found, quads = shipped_models().patterns.enumerate_embeddings(logs)
+    assert not found
+    assert quads.shape == (0, 40)
+    with end_by(math.inf):
+        assert shipped_models().patterns.enumerate_embeddings(logs)[0]

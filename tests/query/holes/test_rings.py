@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb._native.query.identity import weld_quads
+from patterndb._native.query.recognition import weld_quads
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from query.engine import PatternSource
@@ -20,7 +20,7 @@ from query.holes.neighbourhood import extract_neighbourhood
 from query.holes.regular import WITHIN, build_regular_fill, lay_ring, pave_loop
 from query.holes.symmetry import ASYMMETRIC, count_followed, find_mirrors, lose_by_mirrors
 from query.holes.topology import MeshTopology
-from query.identity import hash_quads
+from query.recognition import hash_quads
 
 
 def number_loop_first(faces: list[list[int]], loop: list[int]) -> tuple[Int32Array, int]:

@@ -10,10 +10,10 @@ import pytest
 import query
 from query import Boundary, Fill, Stroke
 from query.errors import InvalidQueryError
-from query.identity import count_symmetries
 from query.listing.orders import EQUALLY_NEAR, ORDERS, FillOrder, describe_orders
 from query.placing import lay_flat, measure_flow_distance, quality
 from query.placing.strands import count_edges_off
+from query.recognition import count_symmetries
 from tests.support.query.cases import Source, code_of, polygon
 
 #: What an order without a measure sorts by, as far as a fill tells; the order "artist" goes by

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb._native.query.placing.untangle import compute_energy
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.quadshape import flipped, plane_normal
 from query import Fill
@@ -127,27 +126,6 @@ class TestInThePlane:
             np.array([[0, 0, 0], [3, 0, 0], [3, 1, 0], [0, 1, 0]], float), (3, 1, 3, 1)
         )
         assert (place(fill, points).vertices == points).all()
-
-
-class TestEnergy:
-    def test_its_gradient_is_that_of_differences(self) -> None:
-        rng = np.random.default_rng(3)
-        fill = grid(3, 3)
-        points = rng.normal(size=(fill.n_vertices, 3))
-        wanted = np.ones((fill.n_quads, 4), np.bool_)
-        up = rng.normal(size=(fill.n_quads, 3))
-        force = np.empty_like(points)
-        compute_energy(fill.quads, wanted, up, 0.7, 0.3, points, force)
-        scratch = np.empty_like(points)
-        for vertex in (0, fill.n_vertices - 1):
-            for c in range(3):
-                ends = []
-                for step in (1e-6, -1e-6):
-                    moved = points.copy()
-                    moved[vertex, c] += step
-                    ends.append(compute_energy(fill.quads, wanted, up, 0.7, 0.3, moved, scratch)[0])
-                slope = (ends[0] - ends[1]) / 2e-6
-                assert force[vertex, c] == pytest.approx(slope, rel=1e-5, abs=1e-5)
 
 
 class TestQuality:

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from patterndb._native.query.placing.untangle import count_flipped_corners, find_pieces
+from patterndb._native.query.placing.untangle import find_pieces
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Fill
@@ -166,20 +166,6 @@ def test_smoothing_that_flips_nothing_shortens_the_net() -> None:
     assert stretch(rest.vertices) < stretch(start)
     assert (rest.vertices[: fill.perimeter] == points).all()
     assert rest.rounds >= 1
-
-
-def test_flipped_corners_are_those_of_no_positive_area() -> None:
-    chance = np.random.default_rng(2)
-    fill = grid(5, 4)
-    at = chance.normal(size=(fill.n_vertices, 3))
-    up = chance.normal(size=(fill.n_quads, 3))
-    wanted = chance.random((fill.n_quads, 4)) < 0.6
-    count = 0
-    for f, quad in enumerate(fill.quads):
-        for e in range(4):
-            leaving, entering = at[quad[(e + 1) % 4]] - at[quad[e]], at[quad[e - 1]] - at[quad[e]]
-            count += bool(wanted[f, e]) and np.cross(leaving, entering) @ up[f] <= 0.0
-    assert count_flipped_corners(fill.quads, wanted, up, at) == count
 
 
 def test_what_untangling_does_not_move_is_not_untangled_again(

@@ -11,8 +11,8 @@ from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from query import Boundary, Fill
 from query.expand import expand_pattern
-from query.identity import is_mesh
 from query.placing import Surface
+from query.recognition import is_mesh
 from tests.support.query.cases import small_patterns
 
 #: Patterns without a reflex corner: those that convex outlines ask for.

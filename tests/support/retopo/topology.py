@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.network import Network, check_network
 from query.engine import PatternSource
-from query.identity import hash_quads, weld
+from query.recognition import hash_quads, weld
 from tests.support.retopo.editors import SIZES
 from tests.support.retopo.networks import plane
 

@@ -14,9 +14,9 @@ from patterndb.errors import NotFoundError
 from patterndb_sketch.fillfinder import VARIANTS
 from query import Stroke, fills
 from query.contour import make_flat_boundary
-from query.identity import hash_fill
 from query.listing.orders import ORDERS
 from query.placing import find_strand
+from query.recognition import hash_fill
 from tests.support.viewer.domed import SOURCE, Source, click, drag, keys, opened, said
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer

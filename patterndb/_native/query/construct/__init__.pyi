@@ -1,3 +1,3 @@
-from . import parts as parts
+from . import pentagon_cuts as pentagon_cuts
 from . import plan as plan
-from . import prolong as prolong
+from . import reflex_cuts as reflex_cuts

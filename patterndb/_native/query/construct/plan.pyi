@@ -1,5 +1,8 @@
 # Bound by rust/python/src/query.rs.
-from patterndb.core.halfedge import Int32Array
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Index, Int32Array
 
 def split_loop(
     loop: Int32Array, start: int, end: int, inner: Int32Array
@@ -10,4 +13,10 @@ def split_loop(
     position ``end``. The left loop begins at ``start``, follows the old loop to ``end`` and
     comes back along the chord; the right one begins at ``end``, follows the old loop to
     ``start`` and comes back. Positions may lie beyond the loop's length: they count on.
+    """
+
+def find_best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
+    """(gain, p, a) of the best rectangle.
+
+    gain: (P/2,) what a pair of opposite corners at p and p + P/2 gains.
     """

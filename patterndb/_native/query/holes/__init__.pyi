@@ -1,10 +1,9 @@
-from . import assignments as assignments
 from . import candidates as candidates
+from . import corners as corners
+from . import features as features
 from . import loops as loops
+from . import neighbourhood as neighbourhood
 from . import patterns as patterns
+from . import projection as projection
 from . import ranking as ranking
 from . import regular as regular
-from . import rings as rings
-from . import shape as shape
-from . import surroundings as surroundings
-from . import trees as trees

@@ -25,11 +25,6 @@ def pack_lengths(lengths: Int32Array) -> tuple[Int64Array, Int64Array]:
     """Return the words of lanes: (g,) with the highest bit of each, and the lengths (n, w) of
     each two sides compared with all base lengths that they may have."""
 
-def sift_systems(
-    systems: Systems, lanes: Lanes, stated: Int64Array, passing: NDArray[np.bool_]
-) -> None:
-    """Write the lanes (s, n) in which systems pass the sieve; for tests of the sieve alone."""
-
 def state_claims(
     systems: Systems,
     lengths: Int32Array,

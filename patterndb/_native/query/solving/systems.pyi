@@ -7,9 +7,6 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from query.solving.systems import Int16Array, Systems
 
-def breaks_hall_condition(systems: Systems, row: int, need: Int32Array) -> bool:
-    """Return whether a system's Hall conditions reject needs (w,); for tests of them alone."""
-
 def decide_matching(systems: Systems, row: int, slack: Int32Array) -> tuple[bool, list[int]]:
     """Return whether a matching gives every side of a system its slack (w,), and, where not even a
     fractional one does, the sides that ask for more than their neighbours have; for tests."""

@@ -1,19 +1,20 @@
 //! `patterndb._native.query.holes`.
 
+use numpy::PyArray1;
+use numpy::ndarray::Ix3;
+use patterndb_query::holes::corners::{self as of_corners, Trees};
+use patterndb_query::holes::features::{self, Rim};
 use patterndb_query::holes::loops::{self, Faces};
 use patterndb_query::holes::patterns::{self, Embedding, Tables};
+use patterndb_query::holes::projection::{self, Around, Mesh};
 use patterndb_query::holes::ranking::{self, Loop};
-use patterndb_query::holes::regular::{self, Fill, TURNS};
-use patterndb_query::holes::rings::{self, Paving};
-use patterndb_query::holes::shape::{self, Around, Mesh};
-use patterndb_query::holes::surroundings::{self, Rim};
-use patterndb_query::holes::trees::Trees;
-use patterndb_query::holes::{assignments as of_assignments, candidates};
+use patterndb_query::holes::regular::{self, Fill, Paving, TURNS};
+use patterndb_query::holes::{candidates, neighbourhood};
 use pyo3::prelude::*;
 
 use crate::answers::{Answered, Shaped, add_functions, compute, place_or_none};
 use crate::arguments::{Items, Rows, Table};
-use numpy::ndarray::Ix3;
+use crate::flag::{CancelFlag, is_set};
 
 #[pyfunction]
 fn measure<'py>(
@@ -23,7 +24,7 @@ fn measure<'py>(
     assignments: Table<'py, i32>,
 ) -> Answered<'py> {
     compute!(py, logs, regular_valence, assignments => {
-        of_assignments::measure(logs, regular_valence, assignments)
+        of_corners::measure(logs, regular_valence, assignments)
     })
 }
 
@@ -75,27 +76,44 @@ fn flood<'py>(
     compute!(py, face, twin, start => loops::flood(root, Faces { face, twin, start }))
 }
 
-#[pyfunction]
-fn enumerate_embeddings<'py>(
-    py: Python<'py>,
-    loss: Rows<'py, f64, 5, Ix3>,
-    n: usize,
+/// The Python class `_Tables`.
+#[derive(FromPyObject)]
+struct TableArrays<'py> {
     first_side: Items<'py, i32>,
     corner: Items<'py, i32>,
     first_edge: Items<'py, i32>,
     chord: Items<'py, i32>,
     n_chords: Items<'py, i32>,
     chiral: Items<'py, bool>,
+}
+
+#[pyfunction]
+fn enumerate_embeddings<'py>(
+    py: Python<'py>,
+    loss: Rows<'py, f64, 5, Ix3>,
+    n: usize,
+    tables: TableArrays<'py>,
     prior: Items<'py, f64>,
     most: usize,
+    cancelled: Bound<'py, PyArray1<u8>>,
 ) -> Answered<'py> {
     /// Return a field of each embedding.
     fn of_each<T>(embeddings: &[Embedding], field: impl Fn(&Embedding) -> T) -> Vec<T> {
         embeddings.iter().map(field).collect()
     }
-    compute!(py, loss, first_side, corner, first_edge, chord, n_chords, chiral, prior => {
-        let tables = Tables { first_side, corner, first_edge, chord, n_chords, chiral, prior };
-        let found = patterns::enumerate_embeddings(loss, n, &tables, most);
+    let cancelled = CancelFlag::new(cancelled)?;
+    let cancelled = cancelled.atomic();
+    let tables = Tables {
+        first_side: &tables.first_side,
+        corner: &tables.corner,
+        first_edge: &tables.first_edge,
+        chord: &tables.chord,
+        n_chords: &tables.n_chords,
+        chiral: &tables.chiral,
+        prior: &prior,
+    };
+    compute!(py, loss => {
+        let found = patterns::enumerate_embeddings(loss, n, &tables, most, &|| is_set(cancelled));
         (
             of_each(&found, |embedding| embedding.score),
             of_each(&found, |embedding| embedding.pattern),
@@ -148,7 +166,7 @@ fn pave<'py>(py: Python<'py>, corners: Items<'py, i32>, rings: usize) -> Answere
             counts: Vec::new(),
             n_vertices: 0,
         };
-        let paving = rings::pave(corners, rings).unwrap_or_else(none);
+        let paving = regular::pave(corners, rings).unwrap_or_else(none);
         (paving.quads, paving.inner, paving.counts, paving.n_vertices)
     })
 }
@@ -162,7 +180,7 @@ fn neighbours<'py>(
     n_points: usize,
 ) -> Answered<'py> {
     compute!(py, corners, offsets, quads => {
-        let made = shape::neighbours(&Mesh { quads, corners, offsets }, n_points);
+        let made = projection::neighbours(&Mesh { quads, corners, offsets }, n_points);
         (made.start, made.beside)
     })
 }
@@ -177,7 +195,7 @@ fn laplacian_rows<'py>(
     n_loop: usize,
 ) -> Answered<'py> {
     compute!(py, points, start, beside => {
-        let made = shape::laplacian_rows(points, start, beside, n_outer, n_loop);
+        let made = projection::laplacian_rows(points, start, beside, n_outer, n_loop);
         (made.row, made.column, made.weight, made.right)
     })
 }
@@ -199,7 +217,7 @@ fn measure_fill<'py>(
     compute!(py, points, quads, corners, offsets, normals, beyond => {
         let mesh = Mesh { quads, corners, offsets };
         let around = Around { normals, beyond, n_loop, n_outer, scale, area };
-        let (measures, flipped) = shape::measure_fill(points, mesh, around);
+        let (measures, flipped) = projection::measure_fill(points, mesh, around);
         (measures.to_vec(), flipped)
     })
 }
@@ -211,7 +229,7 @@ fn count_faces<'py>(
     following: Items<'py, i32>,
     h: i32,
 ) -> Answered<'py> {
-    compute!(py, twin, following => surroundings::count_faces(twin, following, h))
+    compute!(py, twin, following => neighbourhood::count_faces(twin, following, h))
 }
 
 #[pyfunction]
@@ -223,7 +241,7 @@ fn measure_fans<'py>(
     n_loop: usize,
 ) -> Answered<'py> {
     compute!(py, points, corners, offsets => {
-        surroundings::measure_fans(&surroundings::Faces { points, corners, offsets, n_loop })
+        neighbourhood::measure_fans(&neighbourhood::Faces { points, corners, offsets, n_loop })
     })
 }
 
@@ -236,7 +254,7 @@ fn find_normals_beyond<'py>(
     n_loop: usize,
 ) -> Answered<'py> {
     compute!(py, points, corners, offsets => {
-        surroundings::find_normals_beyond(&surroundings::Faces { points, corners, offsets, n_loop })
+        neighbourhood::find_normals_beyond(&neighbourhood::Faces { points, corners, offsets, n_loop })
     })
 }
 
@@ -254,7 +272,7 @@ fn own_features<'py>(
 ) -> Answered<'py> {
     let points = r#loop;
     compute!(py, points, normals, angle_outside, outside, clamped_valence, spokes, far => {
-        surroundings::own_features(&Rim {
+        features::own_features(&Rim {
             points,
             normals,
             angle_outside,
@@ -286,16 +304,14 @@ fn score_trees<'py>(
 }
 
 pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
-    add_functions!(parent, "assignments": measure);
     add_functions!(parent, "candidates": turn_quads);
+    add_functions!(parent, "corners": measure, score_trees);
+    add_functions!(parent, "features": own_features);
     add_functions!(parent, "loops": turn_alike, walk_borders, flood);
+    add_functions!(parent, "neighbourhood": count_faces, measure_fans, find_normals_beyond);
     add_functions!(parent, "patterns": enumerate_embeddings);
+    add_functions!(parent, "projection": neighbours, laplacian_rows, measure_fill);
     add_functions!(parent, "ranking": measure_quads);
-    add_functions!(parent, "regular": fill_walk, tabulate_rest);
-    add_functions!(parent, "rings": pave);
-    add_functions!(parent, "shape": neighbours, laplacian_rows, measure_fill);
-    add_functions!(parent, "surroundings": count_faces, measure_fans, find_normals_beyond,
-        own_features);
-    add_functions!(parent, "trees": score_trees);
+    add_functions!(parent, "regular": fill_walk, tabulate_rest, pave);
     Ok(())
 }

@@ -129,38 +129,6 @@ fn find_pieces<'py>(
     compute!(py, quads, free => untangle::find_pieces(quads, free))
 }
 
-#[pyfunction]
-fn compute_energy<'py>(
-    py: Python<'py>,
-    quads: Rows<'py, i32, 4>,
-    wanted: Rows<'py, bool, 4>,
-    up: Rows<'py, f64, 3>,
-    size: f64,
-    epsilon: f64,
-    points: Rows<'py, f64, 3>,
-    mut force: RowsMut<'py, f64, 3>,
-) -> Answered<'py> {
-    let force = &mut *force;
-    compute!(py, quads, wanted, up, points => {
-        let tangle = Tangle { quads, wanted, up };
-        let measure = untangle::compute_energy(&tangle, size, epsilon, points, force);
-        (measure.energy, measure.smallest)
-    })
-}
-
-#[pyfunction]
-fn count_flipped_corners<'py>(
-    py: Python<'py>,
-    quads: Rows<'py, i32, 4>,
-    wanted: Rows<'py, bool, 4>,
-    up: Rows<'py, f64, 3>,
-    points: Rows<'py, f64, 3>,
-) -> Answered<'py> {
-    compute!(py, quads, wanted, up, points => {
-        untangle::count_flipped_corners(&Tangle { quads, wanted, up }, points)
-    })
-}
-
 // The default of left_over is LEFT of the Python module.
 #[pyfunction]
 #[pyo3(signature = (quads, wanted, up, free, frames, size, points, left_over=0.75))]
@@ -188,7 +156,6 @@ pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     add_functions!(parent, "laplace": relax_inside, relax_within, measure_edge_energy);
     add_functions!(parent, "region": flood_left);
     add_functions!(parent, "strands": walk, find_far_ends);
-    add_functions!(parent, "untangle": find_pieces, compute_energy, count_flipped_corners,
-        minimise_energy);
+    add_functions!(parent, "untangle": find_pieces, minimise_energy);
     Ok(())
 }

@@ -1,19 +1,14 @@
-//! `patterndb._native.query.solving` and `patterndb._native.query.marks`.
+//! `patterndb._native.query.solving`.
 
 use numpy::PyArray1;
 use numpy::ndarray::Ix3;
-use patterndb_query::marks::bestmarked::{self, ClassTable, MarkedIndex, MarkedRow, Outline};
-use patterndb_query::marks::markplaces::{self, Parting, Records, Unmarked};
-use patterndb_query::marks::patterntable;
-use patterndb_query::solving::balance::Class;
 use patterndb_query::solving::feasibility::{self, Lanes, Patterns};
 use patterndb_query::solving::fractional_matching::{Scratch, Square};
-use patterndb_query::solving::hall_conditions::{MOST_SIDES, Sums, list_hall_conditions};
+use patterndb_query::solving::hall_conditions::{MOST_SIDES, list_hall_conditions};
 use patterndb_query::solving::matching::{Verdict, decide};
 use patterndb_query::solving::sieve::{self, Claims, Sieve};
 use patterndb_query::solving::systems::{self, Graphs, Systems};
 use patterndb_query::solving::widths::{self, Fits, Labels, WidthProblem};
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -188,29 +183,6 @@ fn list_systems<'py>(
     Ok(made)
 }
 
-#[pyfunction]
-fn breaks_hall_condition<'py>(
-    py: Python<'py>,
-    systems: SystemArrays<'py>,
-    row: usize,
-    need: Items<'py, i32>,
-) -> Answered<'py> {
-    let systems = systems.view();
-    if need.len() > MOST_SIDES {
-        let wrong = format!("{} sides are more than {MOST_SIDES}", need.len());
-        return Err(PyValueError::new_err(wrong));
-    }
-    compute!(py, need => {
-        let mut padded = [0; MOST_SIDES];
-        padded[..need.len()].copy_from_slice(need);
-        let mut sums = Sums::default();
-        sums.fill(&padded);
-        let graph = systems.graph[row] as usize;
-        let [first, last] = [graph, graph + 1].map(|at| systems.hall_first[at] as usize);
-        sums.break_any(&systems.hall[first..last])
-    })
-}
-
 /// Return whether there is a matching, and the sides of the cut.
 #[pyfunction]
 fn decide_matching<'py>(
@@ -292,28 +264,6 @@ fn mark<'py>(
 }
 
 #[pyfunction]
-fn sift_systems<'py>(
-    py: Python<'py>,
-    systems: SystemArrays<'py>,
-    lanes: LaneArrays<'py>,
-    stated: Table<'py, i64>,
-    mut passing: TableMut<'py, bool>,
-) -> Answered<'py> {
-    let n_lanes = passing.shape()[1];
-    let sieve = lanes.view(&systems, &stated).sieve;
-    let passing = &mut *passing;
-    compute!(py, => {
-        let mut left = vec![[0; sieve::GROUP]; sieve.marks.len()];
-        for (row, passing) in passing.chunks_exact_mut(n_lanes).enumerate() {
-            sieve.sift(row, &mut left);
-            for (lane, passes) in passing.iter_mut().enumerate() {
-                *passes = sieve::has_lane(&left, lane);
-            }
-        }
-    })
-}
-
-#[pyfunction]
 fn filter_stroke_feasible<'py>(
     py: Python<'py>,
     labels: LabelArrays<'py>,
@@ -366,167 +316,9 @@ fn find_best_widths<'py>(
     })
 }
 
-/// Return components and colours.
-#[pyfunction]
-fn colours<'py>(
-    py: Python<'py>,
-    class_start: Items<'py, i64>,
-    class_i: Items<'py, i32>,
-    class_j: Items<'py, i32>,
-    n_sides: usize,
-) -> Answered<'py> {
-    compute!(py, class_start, class_i, class_j => {
-        let classes = ClassTable { start: class_start, i: class_i, j: class_j };
-        let shape = [class_start.len() - 1, n_sides];
-        let [component, colour] = bestmarked::colours(&classes, n_sides);
-        (Shaped(component, shape), Shaped(colour, shape))
-    })
-}
-
-/// The Python class `MarkedIndex`.
-#[derive(FromPyObject)]
-struct IndexArrays<'py> {
-    base: Table<'py, i32>,
-    start: Items<'py, i64>,
-    unmarked: Items<'py, i32>,
-    signature: Items<'py, i32>,
-    counts: Table<'py, u8>,
-    convex: Items<'py, i32>,
-    reflex: Items<'py, i32>,
-    class_start: Items<'py, i64>,
-    class_i: Items<'py, i32>,
-    class_j: Items<'py, i32>,
-    component: Table<'py, i16>,
-    colour: Table<'py, i16>,
-}
-
-impl IndexArrays<'_> {
-    /// Borrow the arrays.
-    fn view(&self) -> MarkedIndex<'_> {
-        MarkedIndex {
-            base: &self.base,
-            start: &self.start,
-            unmarked: &self.unmarked,
-            signature: &self.signature,
-            counts: &self.counts,
-            convex: &self.convex,
-            reflex: &self.reflex,
-            classes: ClassTable {
-                start: &self.class_start,
-                i: &self.class_i,
-                j: &self.class_j,
-            },
-            component: &self.component,
-            colour: &self.colour,
-        }
-    }
-}
-
-/// Return the fields of [`bestmarked::BestRow`], the row -1 where there is none.
-#[pyfunction]
-fn find_best_row<'py>(
-    py: Python<'py>,
-    index: IndexArrays<'py>,
-    lengths: Items<'py, i32>,
-    asked: Items<'py, i32>,
-    cap: i32,
-    most: Option<i32>,
-) -> Answered<'py> {
-    let index = index.view();
-    compute!(py, lengths, asked => {
-        match bestmarked::find_best_row(&Outline { lengths, asked, cap, most }, &index) {
-            Some(best) => {
-                let on_boundary = best.n_on_boundary;
-                (best.row as i64, best.orientation, best.n_irregular, on_boundary, best.slack)
-            }
-            None => (-1, 0, 0, 0, Vec::new()),
-        }
-    })
-}
-
-/// A label as a word, rotation, whether it is reflected, and the number of sides.
-type Row<'py> = (Items<'py, i16>, usize, bool, usize);
-
-/// The two sides of classes, and their numbers of strands.
-type Classes<'py> = (Items<'py, i32>, Items<'py, i32>, Items<'py, i32>);
-
-#[pyfunction]
-fn spread_strand_widths<'py>(
-    py: Python<'py>,
-    row: Row<'py>,
-    classes: Classes<'py>,
-    slack: Items<'py, i32>,
-) -> Answered<'py> {
-    let (label, rotation, reflected, n_sides) = row;
-    let columns = classes.0.iter().zip(&*classes.1);
-    let class = |((&i, &j), &n): ((&i32, &i32), &i32)| Class {
-        i: i as usize,
-        j: j as usize,
-        n,
-        weight: 1,
-    };
-    let classes: Vec<Class> = columns.zip(&*classes.2).map(class).collect();
-    compute!(py, label, slack => {
-        let row = MarkedRow { label, rotation, reflected, n_sides };
-        bestmarked::spread_strand_widths(&row, &classes, slack)
-    })
-}
-
-/// Return the heads, labels and polychords of records.
-#[pyfunction]
-fn list_records<'py>(
-    py: Python<'py>,
-    flat: Items<'py, u16>,
-    offsets: Items<'py, i64>,
-    n_irregular: Items<'py, i32>,
-    n_reflex: Items<'py, i32>,
-    n_marks: usize,
-    most: i32,
-    free: bool,
-    marks: Items<'py, i32>,
-    slots: Items<'py, i32>,
-    near: Items<'py, i32>,
-    far: Items<'py, i32>,
-) -> Answered<'py> {
-    let partings: Vec<Parting> = (0..marks.len())
-        .map(|k| Parting {
-            marks: marks[k],
-            slots: slots[k],
-            near: near[k],
-            far: far[k],
-        })
-        .collect();
-    compute!(py, flat, offsets, n_irregular, n_reflex => {
-        let patterns = offsets.windows(2).zip(n_irregular).zip(n_reflex);
-        let patterns = patterns.map(|((ends, &n_irregular), &n_reflex)| Unmarked {
-            code: &flat[ends[0] as usize..ends[1] as usize],
-            n_irregular,
-            n_reflex,
-        });
-        let bounds = markplaces::Bounds { n_marks, most, free };
-        let records = markplaces::list_records(patterns, bounds, &partings);
-        let width = Records::width(n_marks);
-        let n_records = records.head.len() / width;
-        (Shaped(records.head, [n_records, width]), records.label, records.chord)
-    })
-}
-
-#[pyfunction]
-fn meshes<'py>(py: Python<'py>, flat: Items<'py, u16>, offsets: Items<'py, i64>) -> Answered<'py> {
-    compute!(py, flat, offsets => patterntable::meshes(flat, offsets))
-}
-
 pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
-    add_functions!(parent, "feasibility": mark, pack_lengths, sift_systems, state_claims);
-    add_functions!(parent, "systems": breaks_hall_condition, decide_matching, list_systems);
+    add_functions!(parent, "feasibility": mark, pack_lengths, state_claims);
+    add_functions!(parent, "systems": decide_matching, list_systems);
     add_functions!(parent, "widths": filter_stroke_feasible, find_best_widths);
-    Ok(())
-}
-
-/// Add `patterndb._native.query.marks`.
-pub fn add_marks(parent: &Bound<'_, PyModule>) -> PyResult<()> {
-    add_functions!(parent, "bestmarked": colours, find_best_row, spread_strand_widths);
-    add_functions!(parent, "markplaces": list_records);
-    add_functions!(parent, "patterntable": meshes);
     Ok(())
 }

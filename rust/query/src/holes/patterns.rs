@@ -15,6 +15,9 @@ pub const MOST_CHORDS: usize = 40;
 /// Steps after which the search in one pattern ends.
 const MOST_LOOKED: usize = 20_000;
 
+/// Steps between two looks at the cancel flag: some ten microseconds.
+const STEPS_PER_LOOK: usize = 256;
+
 /// Ways that are less likely than the best by a factor of exp(this) are not looked at to the end.
 const REACH: f64 = 10.0;
 
@@ -350,7 +353,12 @@ struct Search<'a> {
 
 impl Search<'_> {
     /// Look at all ways, and keep the likeliest. `looked` counts the steps.
-    fn run(&mut self, looked: &mut usize, likeliest: &mut Likeliest) {
+    fn run(
+        &mut self,
+        looked: &mut usize,
+        likeliest: &mut Likeliest,
+        is_cancelled: &impl Fn() -> bool,
+    ) {
         let first = Step {
             at: self.start,
             spare: self.loss.n / 2 - self.outline.n_chords,
@@ -362,7 +370,7 @@ impl Search<'_> {
         self.begin_edge(first);
         while let Some(&step) = self.steps.last() {
             *looked += 1;
-            if *looked >= MOST_LOOKED {
+            if *looked >= MOST_LOOKED || (*looked % STEPS_PER_LOOK == 0 && is_cancelled()) {
                 break;
             }
             let edge = &self.outline.edges[self.steps.len() - 1];
@@ -476,7 +484,8 @@ impl Search<'_> {
     }
 }
 
-/// Return the likeliest embeddings of patterns in a loop, at most as many as given, in no order.
+/// Return the likeliest embeddings of patterns in a loop, at most as many as given, in no order. Once
+/// `is_cancelled`, those that were found until then.
 ///
 /// `loss` has, for the loop of `n` edges and its mirror image, both twice around, how much less
 /// likely 0 to 4 quads are at each vertex than the likeliest number.
@@ -485,6 +494,7 @@ pub fn enumerate_embeddings(
     n: usize,
     tables: &Tables,
     most: usize,
+    is_cancelled: &impl Fn() -> bool,
 ) -> Vec<Embedding> {
     let mut likeliest = Likeliest {
         kept: Vec::new(),
@@ -496,24 +506,30 @@ pub fn enumerate_embeddings(
     let loss = Loss::new(loss, n);
     let falling: Vec<f64> = bound.iter().map(|bound| -bound).collect();
     for pattern in argsort(&falling) {
-        if bound[pattern] <= likeliest.floor {
+        if bound[pattern] <= likeliest.floor || is_cancelled() {
             break;
         }
         let n_chords = tables.n_chords[pattern] as usize;
         if (1..=MOST_CHORDS.min(n / 2)).contains(&n_chords) {
-            look_at_pattern(&loss, tables, pattern, &mut likeliest);
+            look_at_pattern(&loss, tables, pattern, &mut likeliest, is_cancelled);
         }
     }
     likeliest.kept
 }
 
 /// Look at the ways in which a pattern with 1 to `MOST_CHORDS` polychords lies in a loop.
-fn look_at_pattern(loss: &Loss, tables: &Tables, pattern: usize, likeliest: &mut Likeliest) {
+fn look_at_pattern(
+    loss: &Loss,
+    tables: &Tables,
+    pattern: usize,
+    likeliest: &mut Likeliest,
+    is_cancelled: &impl Fn() -> bool,
+) {
     let outline = Outline::new(tables, pattern, tables.n_chords[pattern] as usize);
     let mut looked = 0;
     for hand in 0..if tables.chiral[pattern] { 2 } else { 1 } {
         for start in 0..loss.n {
-            if looked >= MOST_LOOKED {
+            if looked >= MOST_LOOKED || is_cancelled() {
                 return;
             }
             let mut search = Search {
@@ -527,7 +543,7 @@ fn look_at_pattern(loss: &Loss, tables: &Tables, pattern: usize, likeliest: &mut
                 widths: [0; MOST_CHORDS],
                 laid: [false; MOST_CHORDS],
             };
-            search.run(&mut looked, likeliest);
+            search.run(&mut looked, likeliest, is_cancelled);
         }
     }
 }
@@ -562,7 +578,7 @@ mod tests {
     #[test]
     fn a_grid_lies_at_its_corners() {
         let loss = make_loss(10, &[1, 3, 6, 8], 3.0);
-        let embeddings = enumerate_embeddings(&loss, 10, &GRID, 5);
+        let embeddings = enumerate_embeddings(&loss, 10, &GRID, 5, &|| false);
         let (best, others): (Vec<Embedding>, Vec<Embedding>) = embeddings
             .iter()
             .partition(|embedding| embedding.score == 0.0);
@@ -580,7 +596,7 @@ mod tests {
     fn no_way_is_better_than_its_bound() {
         let loss = make_loss(8, &[0, 1, 4], 2.0);
         let bound = bound_patterns(&loss[..8], &GRID)[0];
-        let embeddings = enumerate_embeddings(&loss, 8, &GRID, 100);
+        let embeddings = enumerate_embeddings(&loss, 8, &GRID, 100, &|| false);
         let best = embeddings
             .iter()
             .map(|embedding| embedding.score)

@@ -3,6 +3,12 @@
 //! The number of quads at each loop vertex determines such a fill. The loop walks along the edges of
 //! the lattice: it turns left at a vertex with one quad, goes straight on at two, turns right at
 //! three and back at four.
+//!
+//! Where a loop is no such walk, rings of quads are laid along it until what is left is one.
+
+mod rings;
+
+pub use rings::{Paving, pave};
 
 /// Quads of a loop's fill. The loop's vertices come first, in order, then inner ones.
 #[derive(Clone, Debug, PartialEq, Eq)]

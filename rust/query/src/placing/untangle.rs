@@ -144,16 +144,6 @@ impl Corner<'_> {
 }
 
 /// Measure the energy of all wanted corners; write its gradient by the vertices' points into `force`.
-pub fn compute_energy(
-    tangle: &Tangle,
-    size: f64,
-    epsilon: f64,
-    points: &[Point],
-    force: &mut [Point],
-) -> Measure {
-    measure(&tangle.quads(), size, epsilon, points, force)
-}
-
 fn measure(
     quads: &[Quad],
     size: f64,
@@ -190,10 +180,6 @@ fn measure(
 }
 
 /// Return how many wanted corners have no positive area.
-pub fn count_flipped_corners(tangle: &Tangle, points: &[Point]) -> usize {
-    count_flipped(&tangle.quads(), points)
-}
-
 fn count_flipped(quads: &[Quad], points: &[Point]) -> usize {
     let count = |quad: &Quad| {
         let edges = quad.edges(1.0, points);
@@ -331,7 +317,7 @@ mod tests {
             up: &UP,
         };
         let mut points = outline([3.5, 2.5, 0.0]);
-        assert!(count_flipped_corners(&tangle, &points) > 0);
+        assert!(count_flipped(&tangle.quads(), &points) > 0);
         let frames = [[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]; 9];
         let movable = Movable {
             free: &[8],
@@ -339,8 +325,65 @@ mod tests {
         };
         let smallest = minimise_energy(&tangle, &movable, 1.0, &mut points, 0.75);
         assert!(smallest > 0.9);
-        assert_eq!(count_flipped_corners(&tangle, &points), 0);
+        assert_eq!(count_flipped(&tangle.quads(), &points), 0);
         assert!((points[8][0] - 1.0).abs() < 1e-3 && (points[8][1] - 1.0).abs() < 1e-3);
+    }
+
+    /// Numbers between -1 and 1 without any order.
+    fn scatter(k: usize) -> f64 {
+        (12.9898 * (k + 1) as f64).sin() * 43.758 % 1.0
+    }
+
+    fn scatter_points(first: usize, n: usize) -> Vec<Point> {
+        let point = |i: usize| std::array::from_fn(|c| scatter(first + 3 * i + c));
+        (0..n).map(point).collect()
+    }
+
+    #[test]
+    fn the_gradient_is_that_of_differences() {
+        let (points, up) = (scatter_points(0, 9), scatter_points(40, 4));
+        let tangle = Tangle {
+            quads: &QUADS,
+            wanted: &[[true; 4]; 4],
+            up: &up,
+        };
+        let quads = tangle.quads();
+        let mut force = vec![[0.0; 3]; 9];
+        measure(&quads, 0.7, 0.3, &points, &mut force);
+        for vertex in 0..9 {
+            for c in 0..3 {
+                let energy = |step: f64| {
+                    let mut moved = points.clone();
+                    moved[vertex][c] += step;
+                    measure(&quads, 0.7, 0.3, &moved, &mut vec![[0.0; 3]; 9]).energy
+                };
+                let slope = (energy(1e-6) - energy(-1e-6)) / 2e-6;
+                let error = (force[vertex][c] - slope).abs();
+                assert!(error <= 1e-5 * slope.abs().max(1.0), "{error} at {vertex}");
+            }
+        }
+    }
+
+    #[test]
+    fn flipped_corners_are_those_of_no_positive_area() {
+        let (points, up) = (scatter_points(90, 9), scatter_points(130, 4));
+        let wanted = [[true, false, true, true], [true; 4], [false; 4], [true; 4]];
+        let tangle = Tangle {
+            quads: &QUADS,
+            wanted: &wanted,
+            up: &up,
+        };
+        let mut expected = 0;
+        for (f, quad) in QUADS.iter().enumerate() {
+            let at = quad.map(|v| points[v as usize]);
+            for e in (0..4).filter(|&e| wanted[f][e]) {
+                let leaving = subtract(&at[(e + 1) % 4], &at[e]);
+                let entering = subtract(&at[(e + 3) % 4], &at[e]);
+                expected += usize::from(dot(&cross(&leaving, &entering), &up[f]) <= 0.0);
+            }
+        }
+        assert!(0 < expected && expected < 11);
+        assert_eq!(count_flipped(&tangle.quads(), &points), expected);
     }
 
     #[test]

@@ -251,6 +251,107 @@ pub fn drop_lane(left: &mut [Words], lane: usize) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::solving::systems::{list_classes, number_claims};
+
+    /// Pseudo-random numbers: splitmix64.
+    struct Chance(u64);
+
+    impl Chance {
+        fn below(&mut self, n: i64) -> i64 {
+            self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+            let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            let x = (x ^ (x >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+            ((x ^ (x >> 31)) % n as u64) as i64
+        }
+    }
+
+    /// Whether the two conditions hold, side by side.
+    fn meets_conditions(joined: &[bool], base: &[i16], lengths: &[i32]) -> bool {
+        let w = base.len();
+        let slack: Vec<i32> = (0..w).map(|i| lengths[i] - i32::from(base[i])).collect();
+        (0..w).all(|i| {
+            let near = (0..w).filter(|&j| joined[i * w + j]);
+            let reach: i32 = near.map(|j| slack[j]).sum();
+            slack[i] >= 0 && (joined[i * w + i] || slack[i] <= reach)
+        })
+    }
+
+    #[test]
+    fn lanes_pass_where_the_conditions_hold() {
+        let mut chance = Chance(1);
+        for _ in 0..300 {
+            let w = 1 + chance.below(12) as usize;
+            let longest = [6, 60, 2000][chance.below(3) as usize];
+            let mut joined = vec![false; w * w];
+            for i in 0..w {
+                for j in i..w {
+                    let is_joined = chance.below(10) < if i == j { 1 } else { 3 };
+                    joined[i * w + j] |= is_joined;
+                    joined[j * w + i] |= is_joined;
+                }
+                if !joined[i * w..][..w].contains(&true) {
+                    let j = chance.below(w as i64) as usize;
+                    joined[i * w + j] = true;
+                    joined[j * w + i] = true;
+                }
+            }
+            let base: Vec<i16> = (0..w)
+                .map(|_| 1 + chance.below(longest / 2) as i16)
+                .collect();
+            let n_lanes = 1 + chance.below(70) as usize;
+            let mut lengths = Vec::with_capacity(n_lanes * w);
+            for _ in 0..n_lanes {
+                let wide = 1 + chance.below(longest);
+                lengths.extend(base.iter().map(|&base| {
+                    (i64::from(base) + chance.below(wide) - chance.below(2)).max(1) as i32
+                }));
+            }
+            let packed = pack_lengths(&lengths, w);
+            let turned: Vec<i32> = (0..w * n_lanes)
+                .map(|k| lengths[k % n_lanes * w + k / n_lanes])
+                .collect();
+            let claims = number_claims(&joined, w);
+            let of_class = Claims {
+                lengths: &turned,
+                n_lanes,
+                claimant: &claims.claimant,
+                near_first: &claims.near_first,
+                near: &claims.near,
+            };
+            let every: Vec<i32> = (0..claims.claimant.len() as i32).collect();
+            let width = packed.marks.len() * LANES;
+            let mut stated = vec![0; every.len() * width];
+            state_claims(&of_class, &every, 0, &mut stated, width);
+            let words = stated.chunks_exact(LANES);
+            let stated: Vec<i64> = words
+                .map(|word| i64::from_le_bytes(word.try_into().unwrap()))
+                .collect();
+            let sieve = Sieve {
+                pairs: &pair_sides(&base, w),
+                surplus: &list_classes(&base, &joined, w).surplus,
+                claim: &claims.claim,
+                marks: packed.marks.as_chunks().0,
+                compared: packed.compared.as_chunks().0,
+                stated: stated.as_chunks().0,
+                n_sides: w,
+            };
+            let mut left = vec![[0; GROUP]; sieve.marks.len()];
+            sieve.sift(0, &mut left);
+            let total: i32 = base.iter().map(|&base| i32::from(base)).sum();
+            for (lane, lengths) in lengths.chunks_exact(w).enumerate() {
+                let (passes, holds) = (
+                    has_lane(&left, lane),
+                    meets_conditions(&joined, &base, lengths),
+                );
+                // Cut off, more may pass, never less.
+                assert!(passes || !holds);
+                let is_short = total.max(lengths.iter().sum()) < MOST_SURPLUS;
+                if is_short && base.iter().all(|&base| i64::from(base) <= LONGEST_BASE) {
+                    assert_eq!(passes, holds);
+                }
+            }
+        }
+    }
 
     #[test]
     fn lanes_pass_whose_sides_and_neighbours_are_long_enough() {

@@ -45,7 +45,7 @@ def test_for_seven_and_eight_they_lie_between_strict_fills_and_all(
     n_sides: int, data: st.DataObject
 ) -> None:
     lengths = even(data.draw(st.lists(st.integers(1, 12), min_size=n_sides, max_size=n_sides)))
-    strict = FamilyLookup.shared().count(Boundary(lengths), strict=True)
+    strict = FamilyLookup().count(Boundary(lengths), strict=True)
     assert has_cheap_fill(lengths) or strict is None or strict > n_sides - 4
     assert is_cheap_by_family(lengths) or not has_cheap_fill(lengths)
 

@@ -12,7 +12,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.filling import Choice
 from patterndb_sketch.retopo.filling.expansion import Expansion
 from query.engine import PatternSource, fills
-from query.identity import hash_quads, weld
+from query.recognition import hash_quads, weld
 from tests.support.retopo.topology import (
     key,
 )

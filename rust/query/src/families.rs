@@ -1,3 +1,0 @@
-//! Complete families of patterns.
-
-pub mod growing;

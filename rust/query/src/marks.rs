@@ -1,5 +1,0 @@
-//! Marked patterns: where the corners of a boundary fall on them.
-
-pub mod bestmarked;
-pub mod markplaces;
-pub mod patterntable;
