@@ -32,8 +32,8 @@ CONCEPTS = {
         "Feet ModelFeet GroundPoints ProjectedPoints Pick SurfacePoints LineHits Projection"
     ),
     "curve network": (
-        "CurveNetwork DrawnNetwork FeatureNetwork Network OpenNetwork ChainedNetwork OrderedNetwork"
-        " NetworkBuilder"
+        "CurveNetwork DrawnNetwork FeatureNetwork Network ChainedNetwork OrderedNetwork"
+        " NetworkBuilder LayoutBuilder"
     ),
     "stroke": (
         "Stroke GroundStroke BrushStroke StrokePart SplitStroke InkedStroke LooseStroke"

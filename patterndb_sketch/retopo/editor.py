@@ -28,7 +28,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.flaws import describe_leaps, describe_open_ends
 from patterndb_sketch.retopo.network import Network, add_borders
-from patterndb_sketch.retopo.network.keptfaces import check_kept_faces
+from patterndb_sketch.retopo.network.invariants import check_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import State

@@ -2,7 +2,7 @@
 
 The mesh is cut along its separatrices (:mod:`patterndb_sketch.retopo.quadgrids`); every grid
 between them becomes a patch with a regular fill that holds the vertices where they were. Triangles
-and larger faces stay as they are (:mod:`patterndb_sketch.retopo.network.keptfaces`).
+and larger faces stay as they are (:mod:`patterndb_sketch.retopo.network.invariants`).
 """
 
 from __future__ import annotations

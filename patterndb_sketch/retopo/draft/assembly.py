@@ -20,8 +20,8 @@ from patterndb_sketch.retopo.network import (
     Chain,
     HalfChain,
     Network,
+    NetworkBuilder,
     Node,
-    OpenNetwork,
     count_genus,
     count_handles,
     has_dead_end,
@@ -110,7 +110,7 @@ Key = tuple[str, int]
 BEYOND = 1e6
 
 
-class NetworkBuilder:
+class LayoutBuilder:
     """The steps of laying lines, which need the same things; :meth:`build` takes them all.
 
     laid: the chains that lines became. kept: the patches that were there, by their ids now.
@@ -125,7 +125,7 @@ class NetworkBuilder:
         joining: float,
         corners: list[OnWall | InWedge],
     ) -> None:
-        self.opened = OpenNetwork(network, surface)
+        self.builder = NetworkBuilder(network, surface)
         self.surface = surface
         self.sizes = sizes
         self.lines = lines
@@ -189,8 +189,8 @@ class NetworkBuilder:
         self._set_nodes()
         made = self._finish()
         owner = made.patch_of()
-        before = self.opened.before.patches.values()
-        self.kept = frozenset(owner[self.opened.half_now(patch.loop[0])] for patch in before)
+        before = self.builder.before.patches.values()
+        self.kept = frozenset(owner[self.builder.half_now(patch.loop[0])] for patch in before)
         return made
 
     def _add_junction(self, key: Key, point: Points, normal: Points, through: bool = False) -> None:
@@ -214,9 +214,9 @@ class NetworkBuilder:
                 if key in self.walls:
                     self.walls[(at.chain, at.place)] = self.walls[key]
                     continue
-            node = self.opened.cut_chain(*key)
+            node = self.builder.cut_chain(*key)
             self.walls[key] = self.walls[(at.chain, at.place)] = node
-            made = self.opened.nodes[node]
+            made = self.builder.nodes[node]
             self.junctions[("W", node)] = _Junction(made.point, made.normal, False, wall=node)
 
     def _join_across(self, joints: list[OnWall]) -> dict[tuple[int, float], tuple[int, float]]:
@@ -227,7 +227,7 @@ class NetworkBuilder:
             by_chain.setdefault(at.chain, set()).add((at.place, at.left))
         found: dict[tuple[int, float], tuple[int, float]] = {}
         for number, places in by_chain.items():
-            chain = self.opened.chains[number]
+            chain = self.builder.chains[number]
             if chain.marked:
                 continue
             ordered = sorted(places)
@@ -249,7 +249,7 @@ class NetworkBuilder:
         if isinstance(at, InWedge):
             key = ("N", at.node)
             if key not in self.junctions:
-                node = self.opened.nodes[at.node]
+                node = self.builder.nodes[at.node]
                 self.junctions[key] = _Junction(node.point, node.normal, False)
             return key
         if isinstance(at, OnWall):
@@ -299,9 +299,9 @@ class NetworkBuilder:
         points, normals = there.points.copy(), there.normals.copy()
         points[0], normals[0] = begin.point, begin.normal
         points[-1], normals[-1] = end.point, end.normal
-        chain = self.opened.new_id()
-        self.opened.chains[chain] = Chain(chain, -1, -1, points, normals)
-        self.opened.touched_chains.add(chain)
+        chain = self.builder.new_id()
+        self.builder.chains[chain] = Chain(chain, -1, -1, points, normals)
+        self.builder.touched_chains.add(chain)
         self.laid.add(chain)
         return chain
 
@@ -324,18 +324,18 @@ class NetworkBuilder:
                 elif at.through and orders == [0, 2, 3]:
                     flags[0] = False
                 node = Node(
-                    self.opened.new_id(), at.point, at.normal, ends, tuple(flags), at.through
+                    self.builder.new_id(), at.point, at.normal, ends, tuple(flags), at.through
                 )
-            self.opened.set_node(node)
+            self.builder.set_node(node)
             for _, half in at.ends:
                 name = "end" if half & 1 else "start"
-                chain = self.opened.chains[half >> 1]
-                self.opened.chains[half >> 1] = replace(chain, **{name: node.id})
+                chain = self.builder.chains[half >> 1]
+                self.builder.chains[half >> 1] = replace(chain, **{name: node.id})
 
     def _flag_drawn(self) -> None:
         """At nodes of curves that were drawn, wedges without a patch are corners where the field
         has one, and else straight."""
-        before = self.opened.before
+        before = self.builder.before
         taken = before.patch_of()
         drawn = {
             node
@@ -344,19 +344,19 @@ class NetworkBuilder:
             for node in (chain.start, chain.end)
         }
         for number in sorted(drawn):
-            old, now = before.nodes[number], self.opened.nodes[number]
+            old, now = before.nodes[number], self.builder.nodes[number]
             flags = tuple(
                 flag if half in taken or before.mark(half) else half in self.wedge_corners
                 for half, flag in zip(old.ends, old.flagged, strict=True)
             )
-            self.opened.set_node(replace(now, flagged=flags))
+            self.builder.set_node(replace(now, flagged=flags))
 
     def _fill_wedges(self, number: int) -> Node:
         """A node that was there, with what ends there now in its wedges."""
-        node = self.opened.nodes[number]
+        node = self.builder.nodes[number]
         added: dict[HalfChain, list[tuple[float, HalfChain]]] = {}
         for first, order, half in self.in_wedges.get(number, []):
-            added.setdefault(self.opened.half_now(first), []).append((order, half))
+            added.setdefault(self.builder.half_now(first), []).append((order, half))
         ends: list[HalfChain] = []
         flags: list[bool] = []
         for end, flag in zip(node.ends, node.flagged, strict=True):
@@ -368,7 +368,7 @@ class NetworkBuilder:
     def _open_wall(self, at: _Junction, corner: bool, beyond: bool) -> Node:
         """A node on a chain that was there, with what ends there on its left and its right; corner,
         beyond: is it a corner of what is there, too, without a line?"""
-        old = self.opened.nodes[at.wall]
+        old = self.builder.nodes[at.wall]
         forth, back = old.ends
         left = [half for order, half in at.ends if order < BEYOND]
         right = [half for order, half in at.ends if order >= BEYOND]
@@ -380,8 +380,8 @@ class NetworkBuilder:
         return replace(old, ends=ends, flagged=flags)
 
     def _finish(self) -> Network:
-        nodes, chains = self.opened.nodes, self.opened.chains
-        taken = self.opened.before.patch_of()
+        nodes, chains = self.builder.nodes, self.builder.chains
+        taken = self.builder.before.patch_of()
         kept = {h for h in taken if h >> 1 in chains}
         forced: list[HalfChain] = []
         seen: set[HalfChain] = set()
@@ -413,11 +413,11 @@ class NetworkBuilder:
                         np.array([x, y, z]),
                     )
                 forced.append(loop[0])
-        return self.opened.finish(also=forced)
+        return self.builder.finish(also=forced)
 
     def _ends(self, half: HalfChain) -> tuple[int, ...]:
         """The nodes of a half-chain's curve."""
-        chain = self.opened.chains[half >> 1]
+        chain = self.builder.chains[half >> 1]
         return () if chain.loose else (chain.start, chain.end)
 
 

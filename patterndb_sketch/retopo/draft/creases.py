@@ -30,8 +30,8 @@ from patterndb_sketch.retopo.network import (
     Chain,
     HalfChain,
     Network,
+    NetworkBuilder,
     Node,
-    OpenNetwork,
     find_nearest_place,
 )
 from patterndb_sketch.retopo.network.samples import take_chain_samples
@@ -143,7 +143,7 @@ class _CreaseBuilder:
     """The steps of :func:`add_creases` that change the network."""
 
     def __init__(self, network: Network, surface: Surface, sizes: Sizes) -> None:
-        self.opened = OpenNetwork(network, surface)
+        self.builder = NetworkBuilder(network, surface)
         self.surface = surface
         self.sizes = sizes
         self.mesh = TangentFrames.of(surface)
@@ -160,18 +160,18 @@ class _CreaseBuilder:
         for vertex, out in self.leaving.items():
             self._make_node(vertex, self._order_around(vertex, out))
         # Regions between creases become patches when lines cut them.
-        return Creases(replace(self.opened.finish(), patches={}), self.half, clipped)
+        return Creases(replace(self.builder.finish(), patches={}), self.half, clipped)
 
     def _lay(self, path: list[int], loose: bool) -> None:
-        chain = self.opened.new_id()
+        chain = self.builder.new_id()
         points, normals = _sample_path(self.surface, path, self.sizes.sampling)
         if loose:
             points, normals = points[:-1], normals[:-1]
         else:
             self.leaving.setdefault(path[0], {})[path[1]] = 2 * chain
             self.leaving.setdefault(path[-1], {})[path[-2]] = 2 * chain + 1
-        self.opened.chains[chain] = Chain(chain, -1, -1, points, normals)
-        self.opened.touched_chains.add(chain)
+        self.builder.chains[chain] = Chain(chain, -1, -1, points, normals)
+        self.builder.touched_chains.add(chain)
         for a, b in pairwise(path):
             self.half[a, b], self.half[b, a] = 2 * chain, 2 * chain + 1
 
@@ -188,29 +188,29 @@ class _CreaseBuilder:
             node = self._add_to_border(vertex, ends)
         else:
             node = Node(
-                self.opened.new_id(),
+                self.builder.new_id(),
                 self.surface.vertices[vertex].copy(),
                 self.surface.normals[vertex].copy(),
                 tuple(ends),
                 (len(ends) > 1,) * len(ends),
             )
-        self.opened.set_node(node)
+        self.builder.set_node(node)
         for half in ends:
-            chain = self.opened.chains[half >> 1]
+            chain = self.builder.chains[half >> 1]
             points, normals = chain.points.copy(), chain.normals.copy()
             points[-(half & 1)], normals[-(half & 1)] = node.point, node.normal
             end = {"end" if half & 1 else "start": node.id}
-            self.opened.chains[chain.id] = replace(chain, points=points, normals=normals, **end)
+            self.builder.chains[chain.id] = replace(chain, points=points, normals=normals, **end)
 
     def _add_to_border(self, vertex: int, ends: list[HalfChain]) -> Node:
         """Return the node of the border at a vertex, with ends of creases in its inner wedge."""
         at, up = self.surface.vertices[vertex], self.surface.normals[vertex]
-        borders = {c: chain for c, chain in self.opened.chains.items() if chain.marked}
+        borders = {c: chain for c, chain in self.builder.chains.items() if chain.marked}
         found = find_nearest_place(take_chain_samples(borders), at, up, np.inf)
         assert found is not None
-        node = self.opened.nodes[self.opened.cut_chain(found.chain, found.place, (at, up))]
+        node = self.builder.nodes[self.builder.cut_chain(found.chain, found.place, (at, up))]
         # Of its two ends the surface lies on the left of the first, and on the right of the last.
-        forth = next(h for h in node.ends if self.opened.chains[h >> 1].marks[h & 1] == "")
+        forth = next(h for h in node.ends if self.builder.chains[h >> 1].marks[h & 1] == "")
         k = node.ends.index(forth)
         before, after = node.ends[: k + 1], node.ends[k + 1 :]
         wedge = node.wedge_after(forth)

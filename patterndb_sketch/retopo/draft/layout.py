@@ -16,7 +16,7 @@ from patterndb_sketch.retopo.draft.assembly import (
     AtSingularity,
     DraftLine,
     InWedge,
-    NetworkBuilder,
+    LayoutBuilder,
     OnLine,
     OnWall,
     RoundRegionError,
@@ -196,7 +196,7 @@ def _lay_field(
         lines.append(DraftLine(arc.points, normals, along, one, two))
     lines += _list_traces(field, free, left, traced, joints, len(arcs))
     corners = joints.corners()
-    builder = NetworkBuilder(network, surface, sizes, lines, JOINING * sizes.edge, corners)
+    builder = LayoutBuilder(network, surface, sizes, lines, JOINING * sizes.edge, corners)
     made = builder.build()
     laid_here = frozenset(builder.laid & made.chains.keys())
     own = {c: replace(made.chains[c], laid=True) for c in sorted(laid_here)}

@@ -40,7 +40,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.filling.report import Report
 from patterndb_sketch.retopo.network import Network
-from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
+from patterndb_sketch.retopo.network.invariants import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places, format_place
 from query.engine import PatternSource
 

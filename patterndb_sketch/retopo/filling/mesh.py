@@ -21,7 +21,7 @@ from patterndb_sketch.retopo.filling.placing import (
     name_border_vertices,
 )
 from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
-from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
+from patterndb_sketch.retopo.network.invariants import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places
 from query.engine import PatternSource
 

@@ -28,7 +28,7 @@ from patterndb_sketch.retopo.network import (
     Network,
     Patch,
 )
-from patterndb_sketch.retopo.network.regions import explain_region
+from patterndb_sketch.retopo.network.flooding import explain_region
 from query.fill import Fill
 from query.placing import enclose_region, place
 from query.placing.laplace import HeldQuads

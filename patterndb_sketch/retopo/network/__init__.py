@@ -20,15 +20,15 @@ What a curve is joined to is an End:
 - ``AtChain(chain, place)``: the inside of a chain, which is cut there (a T-junction).
 
 Single edits are functions: :func:`add_chain`, :func:`add_loop`, :func:`cut_chain`,
-:func:`remove_chains`, :func:`set_count`, :func:`set_choice`. A tool that makes several takes
-an :class:`OpenNetwork`, in which chains that were cut may still be named by their old ids and
+:func:`set_count`, :func:`set_choice`. A tool that makes several takes a
+:class:`NetworkBuilder`, in which chains that were cut may still be named by their old ids and
 places::
 
-    opened = OpenNetwork(network)
-    left = opened.add_chain(points, normals, AtChain(5, 12.0), Free())
-    right = opened.add_chain(others, normals, AtChain(5, 30.0), AtNode(node))
-    opened.flag(2 * left, False)       # the wedge on its left is passed straight
-    network = opened.finish()        # patches are found again, only where something changed
+    builder = NetworkBuilder(network)
+    left = builder.add_chain(points, normals, AtChain(5, 12.0), Free())
+    right = builder.add_chain(others, normals, AtChain(5, 30.0), AtNode(node))
+    builder.flag(2 * left, False)       # the wedge on its left is passed straight
+    network = builder.finish()        # patches are found again, only where something changed
 
 A network stays a drawing on its surface: both ends of a new chain go into one face, whatever
 directions say, and :func:`count_genus` is never above the surface's :func:`count_handles`. What
@@ -44,13 +44,14 @@ hold.
 A network also keeps how dense its quads shall be (:mod:`.density`): brush strokes, by which the
 lengths of chains are measured where counts are chosen and chains divided.
 
-Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how an open network
-changes: :mod:`.cutting`, :mod:`.attaching`, :mod:`.opennetwork`, :mod:`.edits`; how a curve is
-inserted that may cross others: :mod:`.crossings`, :mod:`.stops`, :mod:`.insertion`; which loops
-are patches: :mod:`.flooding`, :mod:`.patches`; and what always holds: :mod:`.invariants`.
+Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how a network is built:
+:mod:`.attaching`, :mod:`.builder`, :mod:`.edits`; how a curve is inserted that may cross others:
+:mod:`.crossings`, :mod:`.insertion`, :mod:`.joining`; which loops are patches: :mod:`.flooding`,
+:mod:`.patches`; and what always holds: :mod:`.invariants`.
 """
 
 from patterndb_sketch.retopo.network.attaching import Gap
+from patterndb_sketch.retopo.network.builder import AtChain, AtNode, End, Free, NetworkBuilder
 from patterndb_sketch.retopo.network.density import EVEN, BrushStroke, Density
 from patterndb_sketch.retopo.network.edits import (
     Edit,
@@ -58,7 +59,6 @@ from patterndb_sketch.retopo.network.edits import (
     add_chain,
     add_loop,
     cut_chain,
-    remove_chains,
     set_choice,
     set_count,
 )
@@ -70,7 +70,6 @@ from patterndb_sketch.retopo.network.faces import (
     walk_face,
 )
 from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, are_equal, check_network
-from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, End, Free, OpenNetwork
 from patterndb_sketch.retopo.network.patches import (
     Enclosed,
     find_patches,
@@ -122,8 +121,8 @@ __all__ = [
     "Gap",
     "HalfChain",
     "Network",
+    "NetworkBuilder",
     "Node",
-    "OpenNetwork",
     "Patch",
     "Samples",
     "add_borders",
@@ -146,7 +145,6 @@ __all__ = [
     "is_patch",
     "measure_enclosed",
     "measure_loop",
-    "remove_chains",
     "remove_patch",
     "set_choice",
     "set_count",

@@ -154,7 +154,7 @@ class SeparatedError(RefusedError):
 
 class Attachable(Protocol):
     """What is needed of a network that is being changed: see
-    :class:`patterndb_sketch.retopo.network.opennetwork.OpenNetwork`, which is one."""
+    :class:`patterndb_sketch.retopo.network.builder.NetworkBuilder`, which is one."""
 
     before: Network
     nodes: dict[int, Node]
@@ -184,42 +184,42 @@ class _Wedges:
     costs: tuple[float, ...]
 
 
-def attach_chain(opened: Attachable, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
+def attach_chain(builder: Attachable, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
     """Put a chain's halves among the ends of its nodes, with corners on either side.
 
     reach: arc length over which directions are taken; gaps: where its start and its end go, if
     that is known. Of the wedges of one face those nearest to that are taken.
     Raises SeparatedError if there are none; the chain is taken from the open network then.
     """
-    line = opened.chains[chain]
-    one = _price_wedges(opened, line.start, 2 * chain, reach, gaps[0])
+    line = builder.chains[chain]
+    one = _price_wedges(builder, line.start, 2 * chain, reach, gaps[0])
     if line.start == line.end:
         inside: set[HalfChain] = {2 * chain}
         if one.node.ends:
-            inside.update(list_face(opened.nodes, opened.chains, one.node.ends[one.wanted]))
-        before = {**opened.nodes}
-        _put_end(opened, one.node.id, 2 * chain, one.wanted, gaps[0])
-        two = _price_wedges(opened, line.end, 2 * chain + 1, reach, gaps[1])
+            inside.update(list_face(builder.nodes, builder.chains, one.node.ends[one.wanted]))
+        before = {**builder.nodes}
+        _put_end(builder, one.node.id, 2 * chain, one.wanted, gaps[0])
+        two = _price_wedges(builder, line.end, 2 * chain + 1, reach, gaps[1])
         wedge = two.wanted
-        if two.node.ends[wedge] not in inside and not _has_spare_handle(opened, before):
+        if two.node.ends[wedge] not in inside and not _has_spare_handle(builder, before):
             around = (k for k, half in enumerate(two.node.ends) if half in inside)
             wedge = min(around, key=two.costs.__getitem__)
-        _put_end(opened, line.end, 2 * chain + 1, wedge, gaps[1])
+        _put_end(builder, line.end, 2 * chain + 1, wedge, gaps[1])
         return
-    two = _price_wedges(opened, line.end, 2 * chain + 1, reach, gaps[1])
-    found = _find_common_face(opened, one, two)
+    two = _price_wedges(builder, line.end, 2 * chain + 1, reach, gaps[1])
+    found = _find_common_face(builder, one, two)
     if found is None:
-        del opened.chains[chain]
-        opened.touched_chains.discard(chain)
+        del builder.chains[chain]
+        builder.touched_chains.discard(chain)
         raise SeparatedError(
             "the curve would pass through others without a crossing, where curves lie over each "
             "other; pull them apart or clean the knot there, or draw elsewhere"
         )
-    _put_end(opened, line.start, 2 * chain, found[0], gaps[0])
-    _put_end(opened, line.end, 2 * chain + 1, found[1], gaps[1])
+    _put_end(builder, line.start, 2 * chain, found[0], gaps[0])
+    _put_end(builder, line.end, 2 * chain + 1, found[1], gaps[1])
 
 
-def _find_common_face(opened: Attachable, one: _Wedges, two: _Wedges) -> tuple[int, int] | None:
+def _find_common_face(builder: Attachable, one: _Wedges, two: _Wedges) -> tuple[int, int] | None:
     """The two wedges nearest to the wanted ones that are of one face; None if there are none.
 
     The wanted ones themselves if the nodes are of different parts of the network.
@@ -231,7 +231,7 @@ def _find_common_face(opened: Attachable, one: _Wedges, two: _Wedges) -> tuple[i
     for at in (one.node, two.node):
         for end in at.ends:
             if end not in face:
-                face.update(dict.fromkeys(list_face(opened.nodes, opened.chains, end), end))
+                face.update(dict.fromkeys(list_face(builder.nodes, builder.chains, end), end))
     of, other = ([face[end] for end in at.node.ends] for at in (one, two))
     if of[one.wanted] == other[two.wanted]:
         return wanted
@@ -245,39 +245,39 @@ def _find_common_face(opened: Attachable, one: _Wedges, two: _Wedges) -> tuple[i
         default=(math.inf, 0, 0),
     )
     if math.isinf(best[0]):
-        part = find_joined_chains(opened.nodes, opened.chains, one.node.ends[0] >> 1)
+        part = find_joined_chains(builder.nodes, builder.chains, one.node.ends[0] >> 1)
         if two.node.ends[0] >> 1 not in part:
             return wanted
-    if best[0] > SLIGHT and _has_spare_handle(opened, opened.nodes):
+    if best[0] > SLIGHT and _has_spare_handle(builder, builder.nodes):
         return wanted
     return None if math.isinf(best[0]) else best[1:]
 
 
-def _has_spare_handle(opened: Attachable, nodes: Mapping[int, Node]) -> bool:
+def _has_spare_handle(builder: Attachable, nodes: Mapping[int, Node]) -> bool:
     """Has the surface a handle that the network does not go round yet? The last chain, which is
     not among the ends of these nodes, does not count."""
-    surface = opened.before.surface
+    surface = builder.before.surface
     handles = 0 if surface is None else count_handles(surface)
     if not handles:
         return False
     ends = {half >> 1 for node in nodes.values() for half in node.ends}
-    chains = {c: line for c, line in opened.chains.items() if line.loose or c in ends}
+    chains = {c: line for c, line in builder.chains.items() if line.loose or c in ends}
     return count_genus(nodes, chains) < handles
 
 
 def _price_wedges(
-    opened: Attachable, node: int, half: HalfChain, reach: float, gap: Gap | None
+    builder: Attachable, node: int, half: HalfChain, reach: float, gap: Gap | None
 ) -> _Wedges:
     """Where around its node a half-chain goes by its direction, or by the gap that is given."""
-    at = opened.nodes[node]
+    at = builder.nodes[node]
     n = at.valence
     if n == 0:
         return _Wedges(at, 0, (0.0,))
-    chains = opened.chains
+    chains = builder.chains
     if gap is None:
-        wanted = _wedge_pointed_into(at, half, reach, chains, opened.gaps, opened.half_now)
+        wanted = _wedge_pointed_into(at, half, reach, chains, builder.gaps, builder.half_now)
     else:
-        wanted = _wedge_beside(at, gap, opened.gaps, opened.half_now)
+        wanted = _wedge_beside(at, gap, builder.gaps, builder.half_now)
     new = find_departure(chains[half >> 1].points, bool(half & 1), reach)
     angles: list[float] = []
     for end in at.ends:
@@ -301,15 +301,15 @@ def _price_wedges(
     return _Wedges(at, min(range(n), key=costs.__getitem__), tuple(costs))
 
 
-def _put_end(opened: Attachable, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
+def _put_end(builder: Attachable, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
     """A half-chain into a wedge of a node, with a corner on either side of it."""
-    at = opened.nodes[node]
+    at = builder.nodes[node]
     if not at.ends:
-        opened.set_node(replace(at, ends=(half,), flagged=(False,)))
+        builder.set_node(replace(at, ends=(half,), flagged=(False,)))
         return
     if gap is not None:
-        opened.gaps[half] = gap
-    opened.set_node(
+        builder.gaps[half] = gap
+    builder.set_node(
         replace(
             at,
             ends=(*at.ends[: wedge + 1], half, *at.ends[wedge + 1 :]),

@@ -1,4 +1,4 @@
-"""Edit a network once, by a function; several edits at once are a :class:`OpenNetwork`'s."""
+"""Edit a network once, by a function; several edits at once take a :class:`NetworkBuilder`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.network.opennetwork import End, Free, OpenNetwork
+from patterndb_sketch.retopo.network.builder import End, Free, NetworkBuilder
 from patterndb_sketch.retopo.network.structure import BORDER, Network
 
 
@@ -51,41 +51,29 @@ def add_chain(
     start: End = Free(),  # noqa: B008 (immutable)
     end: End = Free(),  # noqa: B008
 ) -> tuple[Network, int]:
-    """With a chain that crosses no other; its id. See :meth:`OpenNetwork.add_chain`."""
-    opened = OpenNetwork(network)
-    chain = opened.add_chain(points, normals, start, end)
-    return opened.finish(), chain
+    """With a chain that crosses no other; its id. See :meth:`NetworkBuilder.add_chain`."""
+    builder = NetworkBuilder(network)
+    chain = builder.add_chain(points, normals, start, end)
+    return builder.finish(), chain
 
 
 def add_loop(network: Network, points: ArrayLike, normals: ArrayLike) -> tuple[Network, int]:
-    """With a closed chain that crosses no other; its id. See :meth:`OpenNetwork.add_loop`."""
-    opened = OpenNetwork(network)
-    chain = opened.add_loop(points, normals)
-    return opened.finish(), chain
+    """With a closed chain that crosses no other; its id. See :meth:`NetworkBuilder.add_loop`."""
+    builder = NetworkBuilder(network)
+    chain = builder.add_loop(points, normals)
+    return builder.finish(), chain
 
 
 def cut_chain(
     network: Network, chain: int, place: float, at: tuple[Points, Points] | None = None
 ) -> tuple[Network, int]:
     """With a chain cut by a corner (on both sides) at a place; the node."""
-    opened = OpenNetwork(network)
-    node = opened.cut_chain(chain, place, at)
+    builder = NetworkBuilder(network)
+    node = builder.cut_chain(chain, place, at)
     if node not in network.nodes:
-        for half in opened.nodes[node].ends:
-            opened.flag(half, True)
-    return opened.finish(), node
-
-
-def remove_chains(network: Network, chains: Iterable[int]) -> Network:
-    """Without some chains; nodes that they leave stay corners: :meth:`OpenNetwork.remove_chain`.
-
-    :func:`~patterndb_sketch.retopo.tools.erase.erase_chains` also joins what the removed
-    ones had cut.
-    """
-    opened = OpenNetwork(network)
-    for chain in sorted(set(chains)):
-        opened.remove_chain(chain)
-    return opened.finish(forget=True)
+        for half in builder.nodes[node].ends:
+            builder.flag(half, True)
+    return builder.finish(), node
 
 
 def set_count(network: Network, chain: int, count: int, pinned: bool = False) -> Network:
@@ -111,7 +99,7 @@ def add_borders(network: Network, surface: Surface, sampling: float) -> Network:
     The surface is on the left of the chains, and never a patch on their right. From then on the
     network knows the surface.
     """
-    opened = OpenNetwork(network, surface)
+    builder = NetworkBuilder(network, surface)
     for loop in trace_borders(surface):
         corners, up = surface.vertices[loop], surface.normals[loop]
         after, up_after = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
@@ -119,12 +107,12 @@ def add_borders(network: Network, surface: Surface, sampling: float) -> Network:
         parts = [max(1, math.ceil(length / sampling)) for length in lengths]
         edge = np.repeat(np.arange(len(loop)), parts)
         share = np.concatenate([np.arange(k) / k for k in parts])[:, None]
-        opened.add_loop(
+        builder.add_loop(
             corners[edge] + share * (after - corners)[edge],
             units(up[edge] + share * (up_after - up)[edge]),
             marks=("", BORDER),
         )
-    return opened.finish()
+    return builder.finish()
 
 
 def trace_borders(surface: Surface) -> list[Int32Array]:

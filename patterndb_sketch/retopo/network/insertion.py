@@ -19,15 +19,18 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.network.attaching import Gap, Gaps, SeparatedError, attach_chain
+from patterndb_sketch.retopo.network.builder import AtNode, End, Free, NetworkBuilder
 from patterndb_sketch.retopo.network.crossings import (
     find_crossings,
     find_hidden_crossings,
     find_self_crossings,
 )
-from patterndb_sketch.retopo.network.cutting import AT_SAMPLE
 from patterndb_sketch.retopo.network.faces import find_successor
-from patterndb_sketch.retopo.network.opennetwork import AtNode, End, Free, OpenNetwork
-from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
+from patterndb_sketch.retopo.network.samples import (
+    AT_SAMPLE,
+    interpolate_places,
+    take_chain_samples,
+)
 from patterndb_sketch.retopo.network.stops import (
     Nearness,
     Project,
@@ -41,7 +44,7 @@ from patterndb_sketch.retopo.network.structure import Chain, HalfChain
 
 
 def insert_curve(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     start: End,
@@ -62,50 +65,50 @@ def insert_curve(
     made: list[int] = []
     joints: list[int] = []
     others = (
-        find_crossings(line, up, False, take_chain_samples(opened.chains)).along
+        find_crossings(line, up, False, take_chain_samples(builder.chains)).along
         if len(own)
         else own.along
     )
     bounds = [0.0, *_find_cuts(own.place, own.along, others), float(len(line) - 1)]
     for k, (begin, finish) in enumerate(pairwise(bounds)):
         points, normals = _cut_out(line, up, begin, finish)
-        one, two = _update_end(opened, start), _update_end(opened, end)
+        one, two = _update_end(builder, start), _update_end(builder, end)
         reach = list(near.ends)
         if k > 0:
-            one, reach[0] = AtNode(opened.node_now(joints[-1])), near.node
+            one, reach[0] = AtNode(builder.node_now(joints[-1])), near.node
         if k < len(bounds) - 2:
-            joints.append(opened.add_node(points[-1], normals[-1]))
+            joints.append(builder.add_node(points[-1], normals[-1]))
             two, reach[1] = AtNode(joints[-1]), near.node
         nearness = replace(near, ends=(reach[0], reach[1]))
-        made += _insert_simple_curve(opened, points, normals, one, two, nearness, project)
-    return _join_parts(opened, made, joints)
+        made += _insert_simple_curve(builder, points, normals, one, two, nearness, project)
+    return _join_parts(builder, made, joints)
 
 
 def insert_closed_curve(
-    opened: OpenNetwork, line: Points, up: Points, near: Nearness, project: Project
+    builder: NetworkBuilder, line: Points, up: Points, near: Nearness, project: Project
 ) -> list[int]:
     """The same of a closed curve (n, 3), its first point not repeated."""
     own = find_self_crossings(line, up, True)
-    others = find_crossings(line, up, True, take_chain_samples(opened.chains))
-    ends = find_open_ends(opened, line, up, near.open)
+    others = find_crossings(line, up, True, take_chain_samples(builder.chains))
+    ends = find_open_ends(builder, line, up, near.open)
     places = np.sort(np.concatenate([own.along, own.place, others.along, ends]))
     if not len(places):
-        return [opened.add_loop(line, up)]
-    # It is opened where it is furthest from all it meets, and joined again in the end.
+        return [builder.add_loop(line, up)]
+    # It is builder where it is furthest from all it meets, and joined again in the end.
     gaps = np.diff(places, append=places[0] + len(line))
     widest = int(np.argmax(gaps))
     begin = float((places[widest] + 0.5 * gaps[widest]) % len(line))
     around = np.concatenate([line, line, line[:1]]), np.concatenate([up, up, up[:1]])
     points, normals = _cut_out(*around, begin, begin + len(line))
-    joint = opened.add_node(points[0], normals[0])
+    joint = builder.add_node(points[0], normals[0])
     at = AtNode(joint)
     nearness = replace(near, ends=(near.node, near.node))
-    made = insert_curve(opened, points, normals, at, at, nearness, project)
-    return _join_parts(opened, made, [joint])
+    made = insert_curve(builder, points, normals, at, at, nearness, project)
+    return _join_parts(builder, made, [joint])
 
 
 def _insert_simple_curve(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     start: End,
@@ -116,11 +119,11 @@ def _insert_simple_curve(
     """Add an open curve that does not cross itself."""
     along = arc_length(line)
     whole = float(along[-1])
-    first = None if isinstance(start, Free) else opened.end_node(start, line[0], up[0])
-    last = None if isinstance(end, Free) else opened.end_node(end, line[-1], up[-1])
-    passed = join_passed_ends(opened, line, up, along, (first, last), near.open, project)
+    first = None if isinstance(start, Free) else builder.end_node(start, line[0], up[0])
+    last = None if isinstance(end, Free) else builder.end_node(end, line[-1], up[-1])
+    passed = join_passed_ends(builder, line, up, along, (first, last), near.open, project)
     stems = [one.stem for one in passed]
-    stops = make_stops(opened, line, up, along, (first, last), near, project, stems)
+    stops = make_stops(builder, line, up, along, (first, last), near, project, stems)
     stops = sorted([*stops, *(one.stop() for one in passed)], key=lambda stop: stop.begins)
     if first is not None:
         stops.insert(0, Stop(first, 0.0, 0.0))
@@ -129,23 +132,23 @@ def _insert_simple_curve(
     stops = _gather_stops(stops, near, (first is not None, last is not None), whole)
     made: list[int] = []
     for one, two in _pair_stops(stops, (first is None, last is None), whole, near.node):
-        made += _add_piece(opened, line, up, along, one, two, near)
-    straighten_passed(opened, passed)
+        made += _add_piece(builder, line, up, along, one, two, near)
+    straighten_passed(builder, passed)
     return made
 
 
-def _update_end(opened: OpenNetwork, end: End) -> End:
+def _update_end(builder: NetworkBuilder, end: End) -> End:
     """An end whose node may have gone into another."""
-    return replace(end, node=opened.node_now(end.node)) if isinstance(end, AtNode) else end
+    return replace(end, node=builder.node_now(end.node)) if isinstance(end, AtNode) else end
 
 
-def _join_parts(opened: OpenNetwork, made: Iterable[int], joints: Iterable[int]) -> list[int]:
+def _join_parts(builder: NetworkBuilder, made: Iterable[int], joints: Iterable[int]) -> list[int]:
     """Join the parts of one curve; what its chains are then."""
-    now = opened.pieces(made)
-    for joint in map(opened.node_now, joints):
-        if joint in opened.nodes:
-            parts = {half >> 1 for half in opened.nodes[joint].ends}
-            merged = opened.merge(joint)
+    now = builder.pieces(made)
+    for joint in map(builder.node_now, joints):
+        if joint in builder.nodes:
+            parts = {half >> 1 for half in builder.nodes[joint].ends}
+            merged = builder.merge(joint)
             if merged is not None:
                 now = (now - parts) | {merged}
     return sorted(now)
@@ -196,7 +199,7 @@ def _pair_stops(
 
 
 def _add_piece(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     along: NDArray[np.float64],
@@ -218,8 +221,8 @@ def _add_piece(
         b.before if isinstance(b, Stop) else None,
     )
     if isinstance(a, Stop) and isinstance(b, Stop) and finish - begin <= near.node:
-        one, two = opened.node_now(a.node), opened.node_now(b.node)
-        if one == two or _unite_nodes(opened, one, two, gaps, near.node):
+        one, two = builder.node_now(a.node), builder.node_now(b.node)
+        if one == two or _unite_nodes(builder, one, two, gaps, near.node):
             return []
     step = float(along[-1]) / (len(along) - 1)
     inner = np.flatnonzero((along > begin) & (along < finish))
@@ -229,7 +232,7 @@ def _add_piece(
     for k, stop in enumerate((a, b)):
         off = 0.0
         if isinstance(stop, Stop):
-            node = opened.nodes[opened.node_now(stop.node)]
+            node = builder.nodes[builder.node_now(stop.node)]
             off = float(np.linalg.norm(points[k] - node.point))
             points[k], normals[k] = node.point, node.normal
             ends[k] = AtNode(node.id)
@@ -243,48 +246,54 @@ def _add_piece(
     if (line[0] == line[-1]).all() and len(inner) < 2:
         return []
     try:
-        return [opened.add_chain(line, up, ends[0], ends[1], gaps=gaps)]
+        return [builder.add_chain(line, up, ends[0], ends[1], gaps=gaps)]
     except SeparatedError:
         one, two = ends
         if not (isinstance(one, AtNode) and isinstance(two, AtNode)):
             raise
-        made = _add_across(opened, line, up, one.node, two.node, gaps, near)
+        made = _add_across(builder, line, up, one.node, two.node, gaps, near)
         if not made:
             raise
         return made
 
 
 def _add_across(
-    opened: OpenNetwork, line: Points, up: Points, first: int, last: int, gaps: Gaps, near: Nearness
+    builder: NetworkBuilder,
+    line: Points,
+    up: Points,
+    first: int,
+    last: int,
+    gaps: Gaps,
+    near: Nearness,
 ) -> list[int]:
     """Add a part (n, 3) from a node to another across what is between."""
     made: list[int] = []
     at, after = first, gaps[0]
     begin = 0
     for half, place, k in find_hidden_crossings(
-        opened.nodes, opened.chains, line, (first, last), near.open
+        builder.nodes, builder.chains, line, (first, last), near.open
     ):
-        chain, place = opened.locate(half >> 1, place)
-        line_of = opened.chains[chain]
-        node = opened.cut_chain(chain, place)
+        chain, place = builder.locate(half >> 1, place)
+        line_of = builder.chains[chain]
+        node = builder.cut_chain(chain, place)
         # At an end of the chain, the half-chain that leaves it there.
-        leaving = opened.nodes[node].ends[0]
-        if chain in opened.chains:
+        leaving = builder.nodes[node].ends[0]
+        if chain in builder.chains:
             leaving = 2 * chain + int(2.0 * place > line_of.segments)
         left = (leaving ^ half) & 1 == 0
         finish = max(begin, int(k))
         around = after, Gap(leaving, left)
-        made += _add_step(opened, line, up, (begin, finish), (at, node), around, near.node)
+        made += _add_step(builder, line, up, (begin, finish), (at, node), around, near.node)
         at, after, begin = node, Gap(leaving, not left), finish
     if after is gaps[0]:
         return []
     return made + _add_step(
-        opened, line, up, (begin, len(line)), (at, last), (after, gaps[1]), near.node
+        builder, line, up, (begin, len(line)), (at, last), (after, gaps[1]), near.node
     )
 
 
 def _add_step(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     part: tuple[int, int],
@@ -293,15 +302,15 @@ def _add_step(
     near: float,
 ) -> list[int]:
     """Add the samples of a part that are strictly between two, from a node to another."""
-    one, two = (opened.nodes[opened.node_now(node)] for node in nodes)
-    if one.id == two.id or _unite_nodes(opened, one.id, two.id, gaps, near):
+    one, two = (builder.nodes[builder.node_now(node)] for node in nodes)
+    if one.id == two.id or _unite_nodes(builder, one.id, two.id, gaps, near):
         return []
     inner = slice(part[0] + 1, max(part[0] + 1, min(part[1], len(line) - 1)))
     points = np.concatenate([one.point[None], line[inner], two.point[None]])
     normals = np.concatenate([one.normal[None], up[inner], two.normal[None]])
     if not (points[1:] != points[:-1]).any():
         return []
-    return [opened.add_chain(points, normals, AtNode(one.id), AtNode(two.id), gaps=gaps)]
+    return [builder.add_chain(points, normals, AtNode(one.id), AtNode(two.id), gaps=gaps)]
 
 
 #: A curve from a node back to it is nothing if it is no longer than this many times what counts as
@@ -312,21 +321,23 @@ AROUND = 4.0
 ROUND = 4
 
 
-def _contract_chain(opened: OpenNetwork, chain: int) -> int:
+def _contract_chain(builder: NetworkBuilder, chain: int) -> int:
     """Let a chain between two nodes go, and make them one; returns the node.
 
     The node on a marked chain stays where it is, else the older; the chains of the other are led
     there. A wedge beside the chain is a corner if it was at either end.
     """
-    line = opened.chains.pop(chain)
-    opened.touched_chains.discard(chain)
+    line = builder.chains.pop(chain)
+    builder.touched_chains.discard(chain)
     marked = {
-        node: any(opened.chains[h >> 1].marked for h in opened.nodes[node].ends if h >> 1 != chain)
+        node: any(
+            builder.chains[h >> 1].marked for h in builder.nodes[node].ends if h >> 1 != chain
+        )
         for node in (line.start, line.end)
     }
     stays, goes = sorted((line.start, line.end), key=lambda node: (not marked[node], node))
     half = 2 * chain if line.start == stays else 2 * chain + 1
-    one, two = opened.nodes[stays], opened.nodes[goes]
+    one, two = builder.nodes[stays], builder.nodes[goes]
     j, k = one.ends.index(half), two.ends.index(half ^ 1)
     outer, inner = one.ends[j + 1 :] + one.ends[:j], two.ends[k + 1 :] + two.ends[:k]
     beyond, within = one.flagged[j:] + one.flagged[:j], two.flagged[k:] + two.flagged[:k]
@@ -338,17 +349,17 @@ def _contract_chain(opened: OpenNetwork, chain: int) -> int:
         flags = (*within[1:-1], *beyond[1:-1], left or right)
     ends = inner + outer
     for end in inner:
-        old = opened.chains[end >> 1]
-        opened.chains[old.id] = replace(old, **({"end": stays} if end & 1 else {"start": stays}))
-    opened.drop_node(goes)
-    opened.same[goes] = stays
+        old = builder.chains[end >> 1]
+        builder.chains[old.id] = replace(old, **({"end": stays} if end & 1 else {"start": stays}))
+    builder.drop_node(goes)
+    builder.same[goes] = stays
     cut = one.cut and two.cut
-    opened.set_node(replace(one, ends=ends, flagged=flags if len(ends) > 1 else (False,), cut=cut))
-    opened.move_node(stays, one.point, one.normal)
+    builder.set_node(replace(one, ends=ends, flagged=flags if len(ends) > 1 else (False,), cut=cut))
+    builder.move_node(stays, one.point, one.normal)
     return stays
 
 
-def _unite_nodes(opened: OpenNetwork, one: int, two: int, gaps: Gaps, near: float) -> bool:
+def _unite_nodes(builder: NetworkBuilder, one: int, two: int, gaps: Gaps, near: float) -> bool:
     """Make one node of two that a curve passes, next to each other; was that possible?
 
     gaps: those by which the curve leaves the one and comes to the other. near: how far apart
@@ -356,25 +367,25 @@ def _unite_nodes(opened: OpenNetwork, one: int, two: int, gaps: Gaps, near: floa
     that, is what the curve follows, and nothing changes. Not possible where a border would be
     taken along, or a chain be left without length.
     """
-    a, b = opened.nodes[one], opened.nodes[two]
+    a, b = builder.nodes[one], builder.nodes[two]
     if np.linalg.norm(a.point - b.point) > near or not (a.ends and b.ends):
         return False
     both = {half >> 1 for half in a.ends} & {half >> 1 for half in b.ends}
-    lines = [opened.chains[chain] for chain in both]
+    lines = [builder.chains[chain] for chain in both]
     if any(line.length <= AROUND * near for line in lines):
         return True
-    if all(any(opened.chains[h >> 1].marked for h in at.ends) for at in (a, b)):
+    if all(any(builder.chains[h >> 1].marked for h in at.ends) for at in (a, b)):
         return False
     # Chains from the one to the other go round then; of others an end moves.
-    ends = [opened.chains[half >> 1].directed(half)[0][1:] for half in (*a.ends, *b.ends)]
+    ends = [builder.chains[half >> 1].directed(half)[0][1:] for half in (*a.ends, *b.ends)]
     still = any((line == at.point).all() for line in ends for at in (a, b))
     if still or any(len(line.points) < ROUND for line in lines):
         return False
-    chain = opened.new_id()
+    chain = builder.new_id()
     points, normals = np.stack([a.point, b.point]), np.stack([a.normal, b.normal])
-    opened.chains[chain] = Chain(chain, one, two, points, normals)
-    attach_chain(opened, chain, near, gaps)
-    _contract_chain(opened, chain)
+    builder.chains[chain] = Chain(chain, one, two, points, normals)
+    attach_chain(builder, chain, near, gaps)
+    _contract_chain(builder, chain)
     return True
 
 
@@ -385,7 +396,7 @@ FINE = 0.2
 Line = tuple[Points, Points]
 
 
-def remove_doubles(opened: OpenNetwork, made: Iterable[int], width: float) -> list[int]:
+def remove_doubles(builder: NetworkBuilder, made: Iterable[int], width: float) -> list[int]:
     """Take from an open network what of a new curve lies on others, or on itself.
 
     made: its chains. Of two chains from node to node, each within ``width`` of the other all along,
@@ -393,26 +404,26 @@ def remove_doubles(opened: OpenNetwork, made: Iterable[int], width: float) -> li
     back to it around nothing, whose halves lie so on each other, the first half stays. Where
     just what was there before is left, it is as it was. Returns what the curve's chains are now.
     """
-    left = {chain for chain in made if chain in opened.chains}
+    left = {chain for chain in made if chain in builder.chains}
     todo = sorted(left)
     while todo:
         chain = todo.pop(0)
-        line = opened.chains.get(chain)
+        line = builder.chains.get(chain)
         if chain not in left or line is None or line.loose:
             continue
         if line.start == line.end:
-            if any(_turns_back(opened, half, width) for half in (2 * chain, 2 * chain + 1)):
-                opened.cut_chain(chain, line.segments // 2)
-                stays, goes = opened.cuts[chain].pieces
-                opened.remove_chain(goes)
+            if any(_turns_back(builder, half, width) for half in (2 * chain, 2 * chain + 1)):
+                builder.cut_chain(chain, line.segments // 2)
+                stays, goes = builder.cuts[chain].pieces
+                builder.remove_chain(goes)
                 left = left - {chain} | {stays}
             continue
         doubles = [
             half >> 1
             for half in (
-                _find_double(opened, 2 * chain, width),
-                _find_double(opened, 2 * chain + 1, width),
-                _find_twisted_double(opened, chain, width),
+                _find_double(builder, 2 * chain, width),
+                _find_double(builder, 2 * chain + 1, width),
+                _find_twisted_double(builder, chain, width),
             )
             if half is not None
         ]
@@ -420,10 +431,10 @@ def remove_doubles(opened: OpenNetwork, made: Iterable[int], width: float) -> li
         if not doubles or gone not in left:
             continue
         left.discard(gone)
-        for node in opened.remove_chain(gone):
-            parts = {half >> 1 for half in opened.nodes[node].ends}
-            _restore_flags(opened, node)
-            merged = opened.merge(node) if opened.nodes[node].cut else None
+        for node in builder.remove_chain(gone):
+            parts = {half >> 1 for half in builder.nodes[node].ends}
+            _restore_flags(builder, node)
+            merged = builder.merge(node) if builder.nodes[node].cut else None
             if merged is not None and parts & left:
                 left = left - parts | {merged}
                 parts = {merged}
@@ -432,28 +443,28 @@ def remove_doubles(opened: OpenNetwork, made: Iterable[int], width: float) -> li
     return sorted(left)
 
 
-def _find_double(opened: OpenNetwork, half: HalfChain, width: float) -> HalfChain | None:
+def _find_double(builder: NetworkBuilder, half: HalfChain, width: float) -> HalfChain | None:
     """The other side of the face on the left of a half-chain, if it has just two, and they lie on
     each other."""
-    other, _ = find_successor(opened.nodes, opened.chains, half)
-    if other in (half, half ^ 1) or find_successor(opened.nodes, opened.chains, other)[0] != half:
+    other, _ = find_successor(builder.nodes, builder.chains, half)
+    if other in (half, half ^ 1) or find_successor(builder.nodes, builder.chains, other)[0] != half:
         return None
-    one, two = opened.chains[half >> 1], opened.chains[other >> 1]
+    one, two = builder.chains[half >> 1], builder.chains[other >> 1]
     if one.marks[half & 1] or two.marks[other & 1]:
         return None
     near = _lie_on_each_other((one.points, one.normals), (two.points, two.normals), width)
     return other if near else None
 
 
-def _find_twisted_double(opened: OpenNetwork, chain: int, width: float) -> HalfChain | None:
+def _find_twisted_double(builder: NetworkBuilder, chain: int, width: float) -> HalfChain | None:
     """The half-chain between the same two nodes that lies on a chain, whatever is between them.
 
     What the ends of both say on which side of them others leave may disagree there: at one end the
     curve was joined on the left of what it follows, at the other on its right.
     """
-    line = opened.chains[chain]
-    for half in opened.nodes[line.start].ends:
-        other = opened.chains[half >> 1]
+    line = builder.chains[chain]
+    for half in builder.nodes[line.start].ends:
+        other = builder.chains[half >> 1]
         if {other.start, other.end} != {line.start, line.end} or other.id == chain:
             continue
         if other.marked or line.marked:
@@ -464,11 +475,11 @@ def _find_twisted_double(opened: OpenNetwork, chain: int, width: float) -> HalfC
     return None
 
 
-def _turns_back(opened: OpenNetwork, half: HalfChain, width: float) -> bool:
+def _turns_back(builder: NetworkBuilder, half: HalfChain, width: float) -> bool:
     """Is a half-chain all around the face on its left, and lies its one half on the other?"""
-    line = opened.chains[half >> 1]
+    line = builder.chains[half >> 1]
     middle = line.segments // 2
-    if find_successor(opened.nodes, opened.chains, half)[0] != half or middle < 1 or line.marked:
+    if find_successor(builder.nodes, builder.chains, half)[0] != half or middle < 1 or line.marked:
         return False
     one, two = slice(middle + 1), slice(middle, None)
     return _lie_on_each_other(
@@ -497,18 +508,18 @@ def _refine(line: Line, step: float) -> Line:
     return at_lengths(points, wanted), turned
 
 
-def _restore_flags(opened: OpenNetwork, node: int) -> None:
+def _restore_flags(builder: NetworkBuilder, node: int) -> None:
     """Give a node the flags it had before, if it has the same ends as then."""
-    old = opened.before.nodes.get(node)
+    old = builder.before.nodes.get(node)
     if old is None:
         return
-    at = opened.nodes[node]
-    before = tuple(opened.half_now(half) for half in old.ends)
+    at = builder.nodes[node]
+    before = tuple(builder.half_now(half) for half in old.ends)
     if len(before) == at.valence and before[0] in at.ends:
         j = at.ends.index(before[0])
         if before == at.ends[j:] + at.ends[:j]:
             flags = tuple(old.flagged[(i - j) % at.valence] for i in range(at.valence))
-            opened.set_node(replace(at, flagged=flags, cut=old.cut))
+            builder.set_node(replace(at, flagged=flags, cut=old.cut))
 
 
 def _gather_stops(

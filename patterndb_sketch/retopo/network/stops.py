@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.network.attaching import Gap
+from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.crossings import Crossings, find_crossings, order_crossings
-from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
@@ -56,7 +56,7 @@ class Stop:
 
 
 def make_stops(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     along: NDArray[np.float64],
@@ -69,9 +69,9 @@ def make_stops(
 
     passed: half-chains that leave nodes on the curve: it does not cross them there.
     """
-    found = find_crossings(line, up, False, take_chain_samples(opened.chains))
+    found = find_crossings(line, up, False, take_chain_samples(builder.chains))
     if passed:
-        found = found.select(_list_elsewhere(opened, found, passed, near.node))
+        found = found.select(_list_elsewhere(builder, found, passed, near.node))
     if not len(found):
         return []
     at = np.interp(found.along, np.arange(len(along)), along)
@@ -79,27 +79,27 @@ def make_stops(
         2 * int(chain) + (not rightward)
         for chain, rightward in zip(found.chain, found.rightward, strict=True)
     ]
-    order = order_crossings(opened.nodes, opened.chains, at, crossed, near.node)
+    order = order_crossings(builder.nodes, builder.chains, at, crossed, near.node)
     if order != sorted(order):
         found = found.select(order)
         at = np.maximum.accumulate(at[order])
     points, normals = interpolate_places(line, up, found.along)
     for k, chain in enumerate(found.chain):
-        old = opened.chains[int(chain)]
+        old = builder.chains[int(chain)]
         there, above = interpolate_places(old.points, old.normals, found.place[k : k + 1])
         points[k] = 0.5 * (points[k] + there[0])
         normals[k] = units((normals[k] + above[0])[None])[0]
     points, normals = project(points, normals)
-    limits = _find_overshoots(opened, found, at, float(along[-1]), points, joints, near.ends)
+    limits = _find_overshoots(builder, found, at, float(along[-1]), points, joints, near.ends)
     stops: list[Stop] = []
     for k in range(len(found)):
-        chain, place = opened.locate(int(found.chain[k]), float(found.place[k]))
-        line_of = opened.chains[chain]
-        near_end = _find_near_end(opened, line_of, place, near.node, limits)
+        chain, place = builder.locate(int(found.chain[k]), float(found.place[k]))
+        line_of = builder.chains[chain]
+        near_end = _find_near_end(builder, line_of, place, near.node, limits)
         if near_end is None:
-            node = opened.cut_chain(chain, place, (points[k], normals[k]))
-            pieces = opened.pieces([chain])
-            half = next(h for h in opened.nodes[node].ends if h >> 1 in pieces)
+            node = builder.cut_chain(chain, place, (points[k], normals[k]))
+            pieces = builder.pieces([chain])
+            half = next(h for h in builder.nodes[node].ends if h >> 1 in pieces)
             off = 0.0
         else:
             off, node, half = near_end
@@ -120,12 +120,12 @@ def make_stops(
 
 
 def _list_elsewhere(
-    opened: OpenNetwork, found: Crossings, passed: Collection[HalfChain], near: float
+    builder: NetworkBuilder, found: Crossings, passed: Collection[HalfChain], near: float
 ) -> list[int]:
     """The numbers of the crossings that are not where one of these half-chains begins."""
     elsewhere: list[int] = []
     for k in range(len(found)):
-        ends = _measure_ends(opened.chains[int(found.chain[k])], float(found.place[k]))
+        ends = _measure_ends(builder.chains[int(found.chain[k])], float(found.place[k]))
         if not any(half in passed and off <= near for off, _, half in ends):
             elsewhere.append(k)
     return elsewhere
@@ -142,7 +142,7 @@ def _measure_ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChai
 
 
 def _find_overshoots(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     found: Crossings,
     at: NDArray[np.float64],
     whole: float,
@@ -154,12 +154,12 @@ def _find_overshoots(
     crossings are at the node, for a hand overshoots."""
     limits: dict[HalfChain, float] = {}
     for k in range(len(found)):
-        chain, place = opened.locate(int(found.chain[k]), float(found.place[k]))
-        ends = _measure_ends(opened.chains[chain], place)
+        chain, place = builder.locate(int(found.chain[k]), float(found.place[k]))
+        ends = _measure_ends(builder.chains[chain], place)
         for joint, off, reach in zip(joints, (at[k], whole - at[k]), reaches, strict=True):
             if joint is None or off > reach:
                 continue
-            if np.linalg.norm(opened.nodes[joint].point - points[k]) > reach:
+            if np.linalg.norm(builder.nodes[joint].point - points[k]) > reach:
                 continue
             far, half = min(
                 ((far, half) for far, node, half in ends if node == joint), default=(np.inf, -1)
@@ -170,11 +170,11 @@ def _find_overshoots(
 
 
 def _find_near_end(
-    opened: OpenNetwork, chain: Chain, place: float, near: float, limits: dict[HalfChain, float]
+    builder: NetworkBuilder, chain: Chain, place: float, near: float, limits: dict[HalfChain, float]
 ) -> tuple[float, int, HalfChain] | None:
     """The end of a chain that a crossing is at: how far off it is, the node, and the half-chain
     that leaves it."""
-    now = {opened.half_now(half): limit for half, limit in limits.items()}
+    now = {builder.half_now(half): limit for half, limit in limits.items()}
     ends = _measure_ends(chain, place)
     close = [end for end in ends if end[0] <= now.get(end[2], 0.0)]
     close = close or [end for end in ends if end[0] <= near]
@@ -198,7 +198,7 @@ class PassedEnd:
 
 
 def join_passed_ends(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     along: NDArray[np.float64],
@@ -217,32 +217,32 @@ def join_passed_ends(
     if reach <= 0.0:
         return found
     low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
-    for node in sorted(opened.nodes):
-        at = opened.nodes[node]
+    for node in sorted(builder.nodes):
+        at = builder.nodes[node]
         if not at.open or node in joints or (at.point < low).any() or (at.point > high).any():
             continue
         stem = at.ends[0]
-        chain = opened.chains[stem >> 1]
+        chain = builder.chains[stem >> 1]
         if chain.marked or chain.length <= LONG * reach:
             continue
-        place = _find_meeting(opened, line, up, along, at, reach)
+        place = _find_meeting(builder, line, up, along, at, reach)
         if place is None:
             continue
         s = float(np.interp(place, np.arange(len(along)), along))
         if not reach < s < along[-1] - reach:
             continue
         foot, normal = interpolate_places(line, up, np.array([place]))
-        if _lead_end(opened, at, foot[0], normal[0], project):
+        if _lead_end(builder, at, foot[0], normal[0], project):
             found.append(PassedEnd(node, stem, s))
     return found
 
 
 def find_open_ends(
-    opened: OpenNetwork, line: Points, up: Points, reach: float
+    builder: NetworkBuilder, line: Points, up: Points, reach: float
 ) -> NDArray[np.float64]:
     """(k,) the samples of a curve (n, 3) that are nearest to open ends within a radius."""
     found: list[float] = []
-    for at in opened.nodes.values():
+    for at in builder.nodes.values():
         if at.open:
             away = np.where(up @ at.normal > 0.0, np.linalg.norm(line - at.point, axis=1), np.inf)
             k = int(np.argmin(away))
@@ -251,19 +251,19 @@ def find_open_ends(
     return np.array(found)
 
 
-def straighten_passed(opened: OpenNetwork, passed: Iterable[PassedEnd]) -> None:
+def straighten_passed(builder: NetworkBuilder, passed: Iterable[PassedEnd]) -> None:
     """Make the nodes T-junctions: the curve passes them straight on the side without a stem."""
     for one in passed:
-        at = opened.nodes.get(opened.node_now(one.node))
+        at = builder.nodes.get(builder.node_now(one.node))
         if at is None or at.valence != 3:
             continue
-        far = (at.ends.index(opened.half_now(one.stem)) + 1) % 3
+        far = (at.ends.index(builder.half_now(one.stem)) + 1) % 3
         flags = tuple(k != far for k in range(3))
-        opened.set_node(replace(at, flagged=flags, cut=True))
+        builder.set_node(replace(at, flagged=flags, cut=True))
 
 
 def _find_meeting(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     line: Points,
     up: Points,
     along: NDArray[np.float64],
@@ -273,7 +273,7 @@ def _find_meeting(
     """The place on the curve that an open end belongs to: where its chain crosses it first,
     within the radius, else the nearest within it. None if there is none."""
     stem = at.ends[0]
-    chain = opened.chains[stem >> 1]
+    chain = builder.chains[stem >> 1]
     found = find_crossings(line, up, False, take_chain_samples({chain.id: chain}))
     if len(found):
         whole = arc_length(chain.points)
@@ -294,11 +294,11 @@ def _find_meeting(
 
 
 def _lead_end(
-    opened: OpenNetwork, at: Node, foot: Points, normal: Points, project: Project
+    builder: NetworkBuilder, at: Node, foot: Points, normal: Points, project: Project
 ) -> bool:
     """Let the chain of an open end run to a point (3,), if nothing is between; did it?"""
     stem = at.ends[0]
-    chain = opened.chains[stem >> 1]
+    chain = builder.chains[stem >> 1]
     points, normals = chain.directed(stem)
     # What is beyond the point, seen along the chain, goes.
     keep = int(np.argmin(np.linalg.norm(points - foot, axis=1)))
@@ -315,12 +315,12 @@ def _lead_end(
     if len(led) > 1:
         led[1:], above[1:] = project(led[1:], above[1:])
     points, normals = np.concatenate([led, points]), np.concatenate([above, normals])
-    others = take_chain_samples({c: other for c, other in opened.chains.items() if c != chain.id})
+    others = take_chain_samples({c: other for c, other in builder.chains.items() if c != chain.id})
     new = slice(len(led) + 1)
     if keep == 0 and len(find_crossings(points[new], normals[new], False, others)):
         return False
-    opened.set_node(replace(at, point=foot.copy(), normal=normal.copy()))
+    builder.set_node(replace(at, point=foot.copy(), normal=normal.copy()))
     if stem & 1:
         points, normals = points[::-1], normals[::-1]
-    opened.reshape_chain(chain.id, points, normals)
+    builder.reshape_chain(chain.id, points, normals)
     return True

@@ -20,8 +20,8 @@ from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
     Network,
+    NetworkBuilder,
     Node,
-    OpenNetwork,
     Patch,
     walk_face,
 )
@@ -87,10 +87,10 @@ class _Images:
         both = replace(both, patches=patches, next_id=next(self.ids))
         notes: list[str] = []
         if self.off:
-            opened = OpenNetwork(both)
+            builder = NetworkBuilder(both)
             for chain in sorted(self.off):
-                opened.remove_chain(chain)
-            both = opened.finish()
+                builder.remove_chain(chain)
+            both = builder.finish()
             notes.append(
                 f"the surface is not symmetric: the images of {len(self.off)} curves, up to "
                 f"{max(self.off.values()):.4g} off it, are left out"

@@ -24,7 +24,7 @@ from patterndb_sketch.retopo.network import (
     Gap,
     HalfChain,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
 )
 from patterndb_sketch.retopo.network.samples import (
     Samples,
@@ -64,27 +64,27 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
     """
     if any(SYMMETRY in chain.marks for chain in network.chains.values()):
         raise RefusedError("symmetry is on already; switch it off before you take another plane")
-    opened = OpenNetwork(network)
-    parting = cut_at_plane(opened, half)
-    level = [opened.chains[chain] for chain in parting.level]
+    builder = NetworkBuilder(network)
+    parting = cut_at_plane(builder, half)
+    level = [builder.chains[chain] for chain in parting.level]
     # Nodes that have nothing but what lies in the plane are none of the seam.
     joined = [
         node
-        for node in find_nodes_on_plane(opened, half)
-        if any(end >> 1 not in parting.level for end in opened.nodes[node].ends)
+        for node in find_nodes_on_plane(builder, half)
+        if any(end >> 1 not in parting.level for end in builder.nodes[node].ends)
     ]
     lines = [_sample_run(half, run, sampling) for run in half.seams()]
-    places = _place_nodes(opened, joined, lines, NEAR_SEAM * sampling, half.near)
+    places = _place_nodes(builder, joined, lines, NEAR_SEAM * sampling, half.near)
     kept: set[int] = set()
     for k, line in enumerate(lines):
-        kept |= _add_line(opened, half, line, places[k], level)
+        kept |= _add_line(builder, half, line, places[k], level)
     for chain in level:
         if chain.id not in kept:
-            opened.remove_chain(chain.id)
+            builder.remove_chain(chain.id)
     for node in {node for at in places for _, node in at}:
-        if node in opened.nodes and opened.nodes[node].valence > 1:
-            opened.flag(_order_from_outside(opened, half, node)[-1], False)
-    after = opened.finish()
+        if node in builder.nodes and builder.nodes[node].valence > 1:
+            builder.flag(_order_from_outside(builder, half, node)[-1], False)
+    after = builder.finish()
     # A patch beyond, all of whose curves have become the seam, is left.
     inside = {
         patch: one
@@ -144,16 +144,16 @@ def _sample_run(half: Half, run: SeamRun, sampling: float) -> SeamLine:
 
 
 def _place_nodes(
-    opened: OpenNetwork, nodes: list[int], lines: list[SeamLine], reach: float, near: float
+    builder: NetworkBuilder, nodes: list[int], lines: list[SeamLine], reach: float, near: float
 ) -> list[list[tuple[float, int]]]:
-    """For every line of the seam the places and nodes of an open network that are on it, in order.
+    """For every line of the seam the places and nodes of a network that are on it, in order.
 
     reach: how far a node may be off; it is moved there unless it is ``near``. An open line has
     nodes at its ends.
     """
     found: list[list[tuple[float, int]]] = [[] for _ in lines]
     for node in nodes:
-        at = opened.nodes[node]
+        at = builder.nodes[node]
         close = [
             (place.distance, k, place.place)
             for k, line in enumerate(lines)
@@ -170,7 +170,7 @@ def _place_nodes(
             place = float(round(place))
         if off > near:
             points, normals = interpolate_places(line.points, line.normals, np.array([place]))
-            opened.move_node(node, points[0], normals[0])
+            builder.move_node(node, points[0], normals[0])
         found[k].append((place, node))
     for line, places in zip(lines, found, strict=True):
         places.sort()
@@ -179,34 +179,34 @@ def _place_nodes(
         for place in (0, len(line.chain.points) - 1):
             if all(there != place for there, _ in places):
                 point, normal = line.chain.points[place], line.chain.normals[place]
-                places.append((float(place), opened.add_node(point, normal)))
+                places.append((float(place), builder.add_node(point, normal)))
         places.sort()
     return found
 
 
 def _add_line(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     half: Half,
     line: SeamLine,
     places: list[tuple[float, int]],
     level: list[Chain],
 ) -> set[int]:
-    """Add a line of the seam to an open network, from node to node; the chains of ``level`` that
+    """Add a line of the seam to a network, from node to node; the chains of ``level`` that
     are in its place already stay, and are marked. Returns their ids."""
     points, normals = line.chain.points, line.chain.normals
     marks = ("", SYMMETRY)
     if not places:
         for chain in level:
             if chain.loose and is_alongside(chain, points):
-                return {_mark_side(opened, chain, points)}
-        opened.add_loop(points, normals, marks=marks)
+                return {_mark_side(builder, chain, points)}
+        builder.add_loop(points, normals, marks=marks)
         return set()
     kept: set[int] = set()
     n = len(points)
     ends = [*places[1:], (places[0][0] + n, places[0][1])] if line.closed else places[1:]
     for (begin, one), (finish, two) in zip(places, ends, strict=False):
         if finish - begin <= AT_END:
-            x, y, z = opened.nodes[one].point.tolist()
+            x, y, z = builder.nodes[one].point.tolist()
             raise RefusedError(
                 f"two curves cross the plane at one place, ({x:.6g}, {y:.6g}, {z:.6g}), and do "
                 "not meet there; move or erase one of them"
@@ -220,14 +220,14 @@ def _add_line(
             if {chain.start, chain.end} == {one, two} and is_alongside(chain, piece)
         ]
         if same:
-            kept.add(_mark_side(opened, same[0], piece))
+            kept.add(_mark_side(builder, same[0], piece))
             continue
-        gaps = _find_gap(opened, half, one, True), _find_gap(opened, half, two, False)
-        opened.add_chain(piece, up, AtNode(one), AtNode(two), marks=marks, gaps=gaps)
+        gaps = _find_gap(builder, half, one, True), _find_gap(builder, half, two, False)
+        builder.add_chain(piece, up, AtNode(one), AtNode(two), marks=marks, gaps=gaps)
     return kept
 
 
-def _mark_side(opened: OpenNetwork, chain: Chain, line: Points) -> int:
+def _mark_side(builder: NetworkBuilder, chain: Chain, line: Points) -> int:
     """Mark the side of a chain that is on the right of a polyline (n, 3) beside it."""
     # A piece of two points begins at its first.
     k = min(len(line) // 2, len(line) - 2)
@@ -237,26 +237,26 @@ def _mark_side(opened: OpenNetwork, chain: Chain, line: Points) -> int:
     one, two = (near, (near + 1) % m) if chain.loose or near + 1 < m else (near - 1, near)
     along = float((chain.points[two] - chain.points[one]) @ ahead) > 0.0
     marks = ("", SYMMETRY) if along else (SYMMETRY, "")
-    opened.chains[chain.id] = replace(opened.chains[chain.id], marks=marks)
+    builder.chains[chain.id] = replace(builder.chains[chain.id], marks=marks)
     return chain.id
 
 
-def _find_gap(opened: OpenNetwork, half: Half, node: int, leaving: bool) -> Gap | None:
+def _find_gap(builder: NetworkBuilder, half: Half, node: int, leaving: bool) -> Gap | None:
     """Where at a node the seam goes: it leaves before all curves of the half, counter-clockwise
     from the outside, and arrives after them."""
-    if not opened.nodes[node].ends:
+    if not builder.nodes[node].ends:
         return None
-    ends = _order_from_outside(opened, half, node)
+    ends = _order_from_outside(builder, half, node)
     return Gap(ends[0], False) if leaving else Gap(ends[-1], True)
 
 
-def _order_from_outside(opened: OpenNetwork, half: Half, node: int) -> tuple[HalfChain, ...]:
+def _order_from_outside(builder: NetworkBuilder, half: Half, node: int) -> tuple[HalfChain, ...]:
     """The ends of a node on the plane, counter-clockwise from the direction out of the half."""
-    at = opened.nodes[node]
+    at = builder.nodes[node]
     outward = -np.array(half.plane.normal)
     turns: list[float] = []
     for end in at.ends:
-        chain = opened.chains[end >> 1]
+        chain = builder.chains[end >> 1]
         reach = SAMPLES_AHEAD * chain.length / chain.segments
         turns.append(
             measure_turn(at.normal, outward, find_departure(chain.points, bool(end & 1), reach))
@@ -278,48 +278,48 @@ class Parting:
     cut: int
 
 
-def cut_at_plane(opened: OpenNetwork, half: Half) -> Parting:
-    """Cut the chains of an open network where they cross the plane, and drop what lies beyond it.
+def cut_at_plane(builder: NetworkBuilder, half: Half) -> Parting:
+    """Cut the chains of a network where they cross the plane, and drop what lies beyond it.
 
     Chains in the plane stay, for the caller to use or drop.
     """
     level: list[int] = []
     beyond, cut = 0, 0
-    for chain in sorted(opened.chains):
-        old = opened.chains[chain]
+    for chain in sorted(builder.chains):
+        old = builder.chains[chain]
         height = measure_heights(half, old.points)
         if not height.any():
             level.append(chain)
             continue
         if not (height > 0.0).any():
-            opened.remove_chain(chain)
+            builder.remove_chain(chain)
             beyond += BORDER not in old.marks
             continue
         places = find_plane_crossings(height, old.loose)
         for place in places:
             points, normals = interpolate_places(old.points, old.normals, np.array([place]))
-            known = set(opened.nodes)
-            node = opened.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
-            point, normal = opened.nodes[node].point, opened.nodes[node].normal
+            known = set(builder.nodes)
+            node = builder.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
+            point, normal = builder.nodes[node].point, builder.nodes[node].normal
             if node in known and measure_heights(half, point[None]).any():
                 # A crossing so near to an end is the end, which may lie a little off.
-                opened.move_node(node, half.plane.flatten(point[None])[0], normal)
+                builder.move_node(node, half.plane.flatten(point[None])[0], normal)
         cut += bool(places) and BORDER not in old.marks
-        for piece in sorted(opened.pieces([chain])):
-            there = measure_heights(half, opened.chains[piece].points)
+        for piece in sorted(builder.pieces([chain])):
+            there = measure_heights(half, builder.chains[piece].points)
             if not there.any():
                 level.append(piece)
             elif there.sum() < 0.0:
-                opened.remove_chain(piece)
+                builder.remove_chain(piece)
     return Parting(tuple(level), beyond, cut)
 
 
-def find_nodes_on_plane(opened: OpenNetwork, half: Half) -> list[int]:
-    """The nodes of an open network that are on the plane."""
-    ids = sorted(node for node, at in opened.nodes.items() if at.ends)
+def find_nodes_on_plane(builder: NetworkBuilder, half: Half) -> list[int]:
+    """The nodes of a network that are on the plane."""
+    ids = sorted(node for node, at in builder.nodes.items() if at.ends)
     if not ids:
         return []
-    points: Points = np.array([opened.nodes[node].point for node in ids])
+    points: Points = np.array([builder.nodes[node].point for node in ids])
     return [
         node
         for node, h in zip(ids, measure_heights(half, points).tolist(), strict=True)

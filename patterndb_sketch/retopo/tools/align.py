@@ -13,8 +13,8 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.network.builder import AtNode, NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -103,9 +103,9 @@ def align_chain(
         line.points, line.normals, line.loose, surface, sizes, salience, mode
     )
     points, normals = even_course(points, normals, surface, sizes, line.loose)
-    opened = OpenNetwork(network)
-    opened.reshape_chain(chain, points, normals)
-    after = opened.finish()
+    builder = NetworkBuilder(network)
+    builder.reshape_chain(chain, points, normals)
+    after = builder.finish()
     notes = _note_rest(last) + note_crossings(network, after, [chain], sizes)
     return Edit.of(network, after, notes)
 
@@ -141,9 +141,9 @@ def align_node(
         last = float(np.linalg.norm(point - old)) / sizes.edge
         if last < REST:
             break
-    opened = OpenNetwork(network)
-    move_node_to(opened, surface, sizes, node, point[0], normal[0])
-    after = opened.finish()
+    builder = NetworkBuilder(network)
+    move_node_to(builder, surface, sizes, node, point[0], normal[0])
+    after = builder.finish()
     notes = _note_rest(last)
     notes += note_crossings(network, after, [half >> 1 for half in at.ends], sizes)
     return Edit.of(network, after, notes)

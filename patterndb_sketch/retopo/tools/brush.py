@@ -29,7 +29,7 @@ from patterndb_sketch.retopo.filling.mesh import (
     weld_patches,
 )
 from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths, trace_border
-from patterndb_sketch.retopo.network import Chain, Edit, Network, OpenNetwork, set_choice
+from patterndb_sketch.retopo.network import Chain, Edit, Network, NetworkBuilder, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
@@ -288,18 +288,18 @@ class BrushedQuads:
         moved = np.any(move, axis=1)
         if not moved.any():
             return Edit.of(before, before, self.notes)
-        opened = OpenNetwork(self.network)
+        builder = NetworkBuilder(self.network)
         lines: set[int] = set()
         for vertex in np.flatnonzero(moved):
             if self.mesh.node[vertex] >= 0:
                 node = int(self.mesh.node[vertex])
-                opened.move_node(node, points[vertex], normals[vertex])
-                lines |= {half >> 1 for half in opened.nodes[node].ends}
+                builder.move_node(node, points[vertex], normals[vertex])
+                lines |= {half >> 1 for half in builder.nodes[node].ends}
             elif self.mesh.chain[vertex] >= 0:
                 lines.add(int(self.mesh.chain[vertex]))
         for chain in sorted(lines - still):
-            self._reshape(opened, surface, sizes, chain, course)
-        after = opened.finish()
+            self._reshape(builder, surface, sizes, chain, course)
+        after = builder.finish()
         for patch, number in self.number.items():
             if moved[number].any():
                 filling = filling_of(after.patches[patch])
@@ -319,7 +319,7 @@ class BrushedQuads:
         return np.array([values[self.at[key]] if key in self.at else none for key in keys])
 
     def _reshape(
-        self, opened: OpenNetwork, surface: Surface, sizes: Sizes, chain: int, course: Course
+        self, builder: NetworkBuilder, surface: Surface, sizes: Sizes, chain: int, course: Course
     ) -> None:
         line = self.network.chains[chain]
         wanted = course(line)
@@ -328,9 +328,9 @@ class BrushedQuads:
         goes[[0, -1]] = False
         points[goes], normals[goes] = take_to_surface(wanted[goes], normals[goes], surface, sizes)
         for k, node in ((0, line.start), (-1, line.end)):
-            points[k], normals[k] = opened.nodes[node].point, opened.nodes[node].normal
-        opened.reshape_chain(chain, *even_course(points, normals, surface, sizes, False))
-        if not opened.chains[chain].length > 0.0:
+            points[k], normals[k] = builder.nodes[node].point, builder.nodes[node].normal
+        builder.reshape_chain(chain, *even_course(points, normals, surface, sizes, False))
+        if not builder.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: drag less far")
 
 

@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
     find_successor,
 )
 from patterndb_sketch.retopo.network.structure import NONE
@@ -56,32 +56,32 @@ def close_patch(
     have T-junctions, and nodes within its sides are T-junctions for it.
     Raises RefusedError if a new curve leaves the map, or the loop does not close.
     """
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     parts = _list_parts(patch)
     if has_short_stretch(patch):
         raise RefusedError("two corners of the patch would be in one place; take a wider brush")
     # Places first: cutting later would move them.
-    nodes = [_make_node(opened, network, corner, edges, onto) for corner, _, _ in parts]
+    nodes = [_make_node(builder, network, corner, edges, onto) for corner, _, _ in parts]
     inner = [_list_within(network, part, edges) for _, part, _ in parts]
     leaving: list[HalfChain] = []
     for k, (_, part, _) in enumerate(parts):
         start, end = nodes[k], nodes[(k + 1) % len(nodes)]
         if isinstance(part, NewSide):
             points = lift_to_surface(onto, sample_line(part.points, sizes.sampling))
-            leaving.append(2 * opened.add_chain(*points, AtNode(start), AtNode(end)))
+            leaving.append(2 * builder.add_chain(*points, AtNode(start), AtNode(end)))
         else:
-            leaving.append(_find_leaving(opened, network, edges[part.boundary], part))
+            leaving.append(_find_leaving(builder, network, edges[part.boundary], part))
     for half in (half for halves in inner for half in halves):
-        opened.flag(half, False)
+        builder.flag(half, False)
     for half, (_, _, corner) in zip(leaving, parts, strict=True):
-        opened.flag(half, corner)
+        builder.flag(half, corner)
     try:
-        after = opened.finish(also=leaving[:1])
+        after = builder.finish(also=leaving[:1])
     except InvalidRetopoError as error:
         raise RefusedError(
             f"the curves would not close to a patch ({error}); draw it a little elsewhere"
         ) from error
-    return Edit.of(network, after, opened.notes)
+    return Edit.of(network, after, builder.notes)
 
 
 def has_short_stretch(patch: PlanarPatch) -> bool:
@@ -118,7 +118,7 @@ def _list_parts(patch: PlanarPatch) -> list[tuple[PlanarCorner, OldSide | NewSid
 
 
 def _make_node(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     network: Network,
     corner: PlanarCorner,
     edges: Sequence[SurfaceBoundary],
@@ -126,9 +126,9 @@ def _make_node(
 ) -> int:
     if corner.boundary is not None:
         end = edges[corner.boundary].end(network, corner.place)
-        return end.node if isinstance(end, AtNode) else opened.cut_chain(end.chain, end.place)
+        return end.node if isinstance(end, AtNode) else builder.cut_chain(end.chain, end.place)
     points, normals = lift_to_surface(onto, corner.point[None])
-    return opened.add_node(points[0], normals[0])
+    return builder.add_node(points[0], normals[0])
 
 
 def _list_within(
@@ -141,11 +141,11 @@ def _list_within(
 
 
 def _find_leaving(
-    opened: OpenNetwork, network: Network, edge: SurfaceBoundary, part: OldSide
+    builder: NetworkBuilder, network: Network, edge: SurfaceBoundary, part: OldSide
 ) -> HalfChain:
     """The half-chain by which a stretch of a boundary leaves its first node, after cutting."""
     half, local = edge.located(network, part.start + min(BEYOND, (part.end - part.start) / 2.0))
-    chain, _ = opened.locate(half >> 1, local)
+    chain, _ = builder.locate(half >> 1, local)
     return 2 * chain + (half & 1)
 
 

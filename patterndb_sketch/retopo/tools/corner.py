@@ -11,8 +11,8 @@ from patterndb.geometry.points import units
 from patterndb_sketch.retopo.arguments import AT, Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.attaching import find_wedge
+from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.network.samples import (
     find_nearest_node,
@@ -36,20 +36,20 @@ def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: Arra
     nothing is near, and if a patch would be left with fewer than 2 corners.
     """
     corner = find_nearest_node(network, point, normal, sizes.snap, range(2, 3))
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     if corner is None:
         place = find_nearest_place(take_samples(network), point, normal, sizes.snap)
         if place is None:
             raise RefusedError("no curve is near: press closer to one")
-        node = opened.cut_chain(place.chain, place.place)
+        node = builder.cut_chain(place.chain, place.place)
         if node in network.nodes:
             raise RefusedError(
                 "several curves meet here, or one ends: a wedge of them is switched by drawing "
                 "from within it to the corner"
             )
-        for half in opened.nodes[node].ends:
-            opened.flag(half, True)
-        return Edit.of(network, opened.finish())
+        for half in builder.nodes[node].ends:
+            builder.flag(half, True)
+        return Edit.of(network, builder.finish())
     patches = network.patch_of()
     for half, flagged in zip(corner.ends, corner.flagged, strict=True):
         if flagged:
@@ -59,8 +59,8 @@ def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: Arra
     if all(corner.flagged) and marks != marks_behind[::-1]:
         raise RefusedError("a border ends at this corner: it cannot go")
     for half, flagged in zip(corner.ends, corner.flagged, strict=True):
-        opened.flag(half, not flagged)
-    return Edit.of(network, opened.finish())
+        builder.flag(half, not flagged)
+    return Edit.of(network, builder.finish())
 
 
 def flip_wedge(
@@ -90,9 +90,9 @@ def flip_wedge(
         if sum(flags) == 1:
             raise RefusedError("this is the last corner of the node: one must stay")
         _refuse_below(network, network.patch_of(), node.ends[wedge])
-    opened = OpenNetwork(network)
-    opened.flag(node.ends[wedge], not flags[wedge])
-    return Edit.of(network, opened.finish())
+    builder = NetworkBuilder(network)
+    builder.flag(node.ends[wedge], not flags[wedge])
+    return Edit.of(network, builder.finish())
 
 
 def _refuse_below(network: Network, patches: dict[HalfChain, int], half: HalfChain) -> None:

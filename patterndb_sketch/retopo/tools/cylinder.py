@@ -23,14 +23,14 @@ from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
     has_dead_end,
     is_end,
     trace_outline,
     walk_face,
 )
+from patterndb_sketch.retopo.network.flooding import explain_no_disk
 from patterndb_sketch.retopo.network.insertion import insert_curve
-from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.network.stops import Nearness
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -77,35 +77,35 @@ def join_loops(
         raise InvalidRetopoError(f"a division into {division}; give 2 to {MOST}")
     if caps not in CAPS:
         raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
-    opened = OpenNetwork(network, surface)
+    builder = NetworkBuilder(network, surface)
     one, other = _find_ends(network, stroke, sizes.snap)
     pairs = _pair_places(one, other, division)
     capped = [
-        ring for ring, _ in (one, other) if _is_cap_wanted(opened.before, surface, ring, caps)
+        ring for ring, _ in (one, other) if _is_cap_wanted(builder.before, surface, ring, caps)
     ]
     nodes = [
-        [_make_node(opened, network, ring, pair[k]) for pair in pairs]
+        [_make_node(builder, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
     ]
     if any(len(set(found)) < len(found) for found in nodes):
         raise RefusedError("two of the curves would begin in one place; divide into fewer")
     joins = [
-        _join(opened, surface, sizes, a, b, stroke if k == 0 else None)
+        _join(builder, surface, sizes, a, b, stroke if k == 0 else None)
         for k, (a, b) in enumerate(zip(*nodes, strict=True))
     ]
     also = [2 * chain for chain in joins]
     for k, (ring, _) in enumerate((one, other)):
         if ring in capped:
             beyond = [
-                _flag_beyond(opened, node, 2 * chain + k)
+                _flag_beyond(builder, node, 2 * chain + k)
                 for node, chain in zip(nodes[k], joins, strict=True)
             ]
             also += beyond[:1]
     try:
-        after = opened.finish(also=also)
+        after = builder.finish(also=also)
     except InvalidRetopoError as error:
         raise RefusedError(f"the loops would not close to patches: {error}") from error
-    return Edit.of(network, after, opened.notes)
+    return Edit.of(network, after, builder.notes)
 
 
 def _find_ends(
@@ -139,13 +139,13 @@ def _snap_to_ring(
     return at
 
 
-def _make_node(opened: OpenNetwork, network: Network, ring: Ring, place: float) -> int:
+def _make_node(builder: NetworkBuilder, network: Network, ring: Ring, place: float) -> int:
     end = ring.edge.end(network, place)
-    return end.node if isinstance(end, AtNode) else opened.cut_chain(end.chain, end.place)
+    return end.node if isinstance(end, AtNode) else builder.cut_chain(end.chain, end.place)
 
 
 def _join(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     surface: Surface,
     sizes: Sizes,
     one: int,
@@ -160,12 +160,12 @@ def _join(
         return done.points, done.normals
 
     if stroke is None:
-        a, b = opened.nodes[one], opened.nodes[other]
+        a, b = builder.nodes[one], builder.nodes[other]
         feet = [surface.nearest_facing(n.point[None], n.normal[None]) for n in (a, b)]
         stroke = trace_geodesic(surface, feet[0], feet[1]).sample(surface, sizes.sampling)
-    line, up = drag_to_ends(stroke.points, stroke.normals, opened, list(ends), project)
+    line, up = drag_to_ends(stroke.points, stroke.normals, builder, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
-    made = insert_curve(opened, line, up, *ends, near, project)
+    made = insert_curve(builder, line, up, *ends, near, project)
     if len(made) != 1:
         raise RefusedError(CROSS)
     return made[0]
@@ -246,11 +246,11 @@ def _is_cap_wanted(network: Network, surface: Surface, ring: Ring, caps: Caps) -
     return why is None
 
 
-def _flag_beyond(opened: OpenNetwork, node: int, join: HalfChain) -> HalfChain:
+def _flag_beyond(builder: NetworkBuilder, node: int, join: HalfChain) -> HalfChain:
     """Make the wedge at a node across from a join a corner; the half-chain on its right."""
-    ends = opened.nodes[node].ends
+    ends = builder.nodes[node].ends
     after = ends[(ends.index(join) + 1) % len(ends)]
-    opened.flag(after, True)
+    builder.flag(after, True)
     return after
 
 

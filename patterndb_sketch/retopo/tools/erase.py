@@ -9,9 +9,9 @@ from typing import Any
 from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.crossings import find_crossings
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import take_samples
 from patterndb_sketch.retopo.network.structure import Network, Node
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -57,31 +57,31 @@ def erase_chains(network: Network, chains: Iterable[int]) -> Edit:
         raise RefusedError("nothing to erase here: borders and the seam of symmetry stay")
     kept = len(lines) - len(gone)
     notes = [f"{kept} chains of borders or the seam stay"] if kept else []
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     left: list[int] = []
     for line in gone:
-        left += opened.remove_chain(line.id)
+        left += builder.remove_chain(line.id)
     # All are looked at before any goes: then ends have other names.
     joints = [
         node
         for node in dict.fromkeys(left)
-        if node in opened.nodes
+        if node in builder.nodes
         and (
-            _is_one_curve(opened, network.nodes[node])
-            or (opened.nodes[node].cut and is_straight(opened, node))
+            _is_one_curve(builder, network.nodes[node])
+            or (builder.nodes[node].cut and is_straight(builder, node))
         )
     ]
     for node in joints:
-        opened.merge(node)
-    return Edit.of(network, opened.finish(forget=True), notes)
+        builder.merge(node)
+    return Edit.of(network, builder.finish(forget=True), notes)
 
 
-def _is_one_curve(opened: OpenNetwork, before: Node) -> bool:
+def _is_one_curve(builder: NetworkBuilder, before: Node) -> bool:
     """Are the two ends that are left at a node one curve that passed it?
 
     That is so if its other side passed it straight, and if it crossed the one that is gone.
     """
-    left = set(opened.nodes[before.id].ends)
+    left = set(builder.nodes[before.id].ends)
     n = before.valence
     if len(left) != 2:
         return False
@@ -119,12 +119,12 @@ def erase_open_chains(network: Network) -> Edit:
     return erase_chains(network, gone)
 
 
-def is_straight(opened: OpenNetwork, node: int) -> bool:
+def is_straight(builder: NetworkBuilder, node: int) -> bool:
     """Do just two chains end at a node, and does one continue the other?"""
-    at: Node = opened.nodes[node]
+    at: Node = builder.nodes[node]
     if at.valence != 2:
         return False
-    lines = [opened.chains[half >> 1] for half in at.ends]
+    lines = [builder.chains[half >> 1] for half in at.ends]
     steps = [line.length / line.segments for line in lines]
     reach = SAMPLES_AHEAD * max(steps)
     one, two = (

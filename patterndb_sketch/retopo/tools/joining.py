@@ -10,8 +10,8 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network.attaching import find_wedge
+from patterndb_sketch.retopo.network.builder import AtChain, AtNode, NetworkBuilder
 from patterndb_sketch.retopo.network.faces import find_successor
-from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.network.samples import find_nearest_place, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Node
@@ -60,8 +60,8 @@ def find_joint(
 
 
 def join_nodes(
-    opened: OpenNetwork, sizes: Sizes, joint: NodeJoint, smooth: bool = False
-) -> OpenNetwork | str:
+    builder: NetworkBuilder, sizes: Sizes, joint: NodeJoint, smooth: bool = False
+) -> NetworkBuilder | str:
     """An open network in which two nodes at one place are one, or why they cannot be.
 
     If a chain runs between them it collapses: its face loses a side, and a corner if both nodes
@@ -73,30 +73,32 @@ def join_nodes(
     both. Differs from it: where there are several, that one counts into which all curves of the
     other node point; and an open end may end within a patch, as a stroke may.
     """
-    pulled, stays = opened.nodes[joint.pulled], opened.nodes[joint.stays]
-    patch_of = _find_patches_now(opened)
+    pulled, stays = builder.nodes[joint.pulled], builder.nodes[joint.stays]
+    patch_of = _find_patches_now(builder)
     ends = set(pulled.ends)
     between = [half for half in pulled.ends if half ^ 1 in stays.ends]
     both_open = pulled.open and stays.open
     if between and not both_open:
         if len(between) > 1:
             return "several curves run between the two corners; erase one first"
-        made = _contract(opened, patch_of, pulled, stays, between[0])
+        made = _contract(builder, patch_of, pulled, stays, between[0])
     else:
-        made = _insert(opened, patch_of, pulled, stays, sizes.snap)
+        made = _insert(builder, patch_of, pulled, stays, sizes.snap)
     if isinstance(made, str):
         return made
     node, beside = made
     collapsed = set() if both_open else {half >> 1 for half in between}
-    chains = {k: line for k, line in opened.chains.items() if k not in collapsed}
+    chains = {k: line for k, line in builder.chains.items() if k not in collapsed}
     for half in ends:
         line = chains.get(half >> 1)
         if line is not None:
             end = {"end": node.id} if half & 1 else {"start": node.id}
             chains[line.id] = replace(line, **end)
-    nodes = {k: at for k, at in opened.nodes.items() if k != pulled.id}
+    nodes = {k: at for k, at in builder.nodes.items() if k != pulled.id}
     nodes[node.id] = node
-    result = OpenNetwork(replace(opened.before, nodes=nodes, chains=chains, next_id=opened.next_id))
+    result = NetworkBuilder(
+        replace(builder.before, nodes=nodes, chains=chains, next_id=builder.next_id)
+    )
     result.move_node(node.id, node.point, node.normal)
     if both_open and smooth:
         result.merge(node.id)
@@ -107,7 +109,11 @@ def join_nodes(
 
 
 def _contract(
-    opened: OpenNetwork, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, half: HalfChain
+    builder: NetworkBuilder,
+    patch_of: dict[HalfChain, int],
+    pulled: Node,
+    stays: Node,
+    half: HalfChain,
 ) -> Made | str:
     """The node that is left of a chain."""
     one, flags_one = _list_from(pulled, half)
@@ -118,7 +124,7 @@ def _contract(
         (half, flags_one[0] and flags_two[-1]),
         (half ^ 1, flags_one[-1] and flags_two[0]),
     ):
-        patch = opened.before.patches.get(patch_of.get(side, -1))
+        patch = builder.before.patches.get(patch_of.get(side, -1))
         if patch is not None and len(patch.corners) - lost < FEWEST_CORNERS:
             return f"a patch keeps at least {FEWEST_CORNERS} corners"
     left, right = flags_two[-1] or flags_one[0], flags_one[-1] or flags_two[0]
@@ -135,11 +141,11 @@ def _contract(
 
 
 def _insert(
-    opened: OpenNetwork, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, near: float
+    builder: NetworkBuilder, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, near: float
 ) -> Made | str:
     """The node with the ends of both."""
-    into = _find_gap(opened, patch_of, stays, pulled, near)
-    of = _find_gap(opened, patch_of, pulled, stays, near)
+    into = _find_gap(builder, patch_of, stays, pulled, near)
+    of = _find_gap(builder, patch_of, pulled, stays, near)
     if into is None or of is None:
         return "both corners need one gap without a patch, for the curves of the other"
     one = (*pulled.ends[of + 1 :], *pulled.ends[: of + 1])
@@ -158,11 +164,11 @@ def _list_from(node: Node, half: HalfChain) -> tuple[tuple[HalfChain, ...], tupl
 
 
 def _find_gap(
-    opened: OpenNetwork, patch_of: dict[HalfChain, int], node: Node, other: Node, near: float
+    builder: NetworkBuilder, patch_of: dict[HalfChain, int], node: Node, other: Node, near: float
 ) -> int | None:
     """The wedge of a node that the curves of another, at the same place, go into."""
     open_wedges = [
-        j for j, half in enumerate(node.ends) if not opened.chains[half >> 1].marks[half & 1]
+        j for j, half in enumerate(node.ends) if not builder.chains[half >> 1].marks[half & 1]
     ]
     empty = [j for j in open_wedges if node.ends[j] not in patch_of]
     if len(empty) == 1 and not other.open:
@@ -171,10 +177,10 @@ def _find_gap(
     if not wedges:
         return None
     if other.open:
-        beside = _find_beside_double(opened, node, other.ends[0], near)
+        beside = _find_beside_double(builder, node, other.ends[0], near)
         if beside in wedges:
             return beside
-    lines = [(opened.chains[half >> 1], bool(half & 1)) for half in (*node.ends, *other.ends)]
+    lines = [(builder.chains[half >> 1], bool(half & 1)) for half in (*node.ends, *other.ends)]
     reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
     shapes = [(line.points, backwards) for line, backwards in lines]
     ends, news = shapes[: node.valence], shapes[node.valence :]
@@ -182,67 +188,69 @@ def _find_gap(
     return found.pop() if len(found) == 1 else None
 
 
-def _find_beside_double(opened: OpenNetwork, node: Node, new: HalfChain, near: float) -> int | None:
+def _find_beside_double(
+    builder: NetworkBuilder, node: Node, new: HalfChain, near: float
+) -> int | None:
     """The wedge of a node next to a curve that a new one lies on from there to one far node, on
     the side where it is at that one: directions say nothing there."""
-    line = opened.chains[new >> 1]
+    line = builder.chains[new >> 1]
     far = line.start if new & 1 else line.end
-    if far == node.id or far not in opened.nodes:
+    if far == node.id or far not in builder.nodes:
         return None
-    around = opened.nodes[far].ends
+    around = builder.nodes[far].ends
     at = around.index(new ^ 1)
     for side, wedge in ((-1, -1), (1, 0)):
         half = around[(at + side) % len(around)] ^ 1
         if (
             half in node.ends
             and half != new
-            and _are_on_each_other(line, opened.chains[half >> 1], near)
+            and _are_on_each_other(line, builder.chains[half >> 1], near)
         ):
             return (node.ends.index(half) + wedge) % node.valence
     return None
 
 
-def _find_patches_now(opened: OpenNetwork) -> dict[HalfChain, int]:
+def _find_patches_now(builder: NetworkBuilder) -> dict[HalfChain, int]:
     """The patch on the left of every half-chain, those of pieces of cut chains, too."""
     found: dict[HalfChain, int] = {}
-    for half, patch in opened.before.patch_of().items():
-        for piece in opened.pieces([half >> 1]):
+    for half, patch in builder.before.patch_of().items():
+        for piece in builder.pieces([half >> 1]):
             found[2 * piece + (half & 1)] = patch
     return found
 
 
-def _merge_doubled(opened: OpenNetwork, half: HalfChain, pulled: set[int], near: float) -> None:
+def _merge_doubled(builder: NetworkBuilder, half: HalfChain, pulled: set[int], near: float) -> None:
     """If the face on the left of a half-chain has two sides, which lie on each other, make them
     one; that which was pulled goes."""
-    half = opened.half_now(half)
-    if half >> 1 not in opened.chains:
+    half = builder.half_now(half)
+    if half >> 1 not in builder.chains:
         return
-    other, _ = find_successor(opened.nodes, opened.chains, half)
-    back, _ = find_successor(opened.nodes, opened.chains, other)
+    other, _ = find_successor(builder.nodes, builder.chains, half)
+    back, _ = find_successor(builder.nodes, builder.chains, other)
     if back != half or other in (half, half ^ 1):
         return
-    one, two = opened.chains[half >> 1], opened.chains[other >> 1]
+    one, two = builder.chains[half >> 1], builder.chains[other >> 1]
     if one.start == one.end or one.marks[half & 1] or two.marks[other & 1]:
         return
     if not _are_on_each_other(one, two, near):
         return
     gone, kept = (half, other) if half >> 1 in pulled else (other, half)
-    line, stays = opened.chains[gone >> 1], opened.chains[kept >> 1]
+    line, stays = builder.chains[gone >> 1], builder.chains[kept >> 1]
     if line.marked:
         gone, kept, line, stays = kept, gone, stays, line
     if line.marked:
         return
     first, last = (line.start, line.end) if gone & 1 == 0 else (line.end, line.start)
-    begin, finish = opened.nodes[first], opened.nodes[last]
+    begin, finish = builder.nodes[first], builder.nodes[last]
     j = begin.ends.index(gone)
     before, beyond = begin.ends[j - 1], begin.flagged[j - 1]
     after = finish.flagged[finish.ends.index(gone ^ 1)]
-    opened.remove_chain(line.id)
+    builder.remove_chain(line.id)
     for node, end, corner in ((first, before, beyond), (last, kept, after)):
-        if not opened.nodes[node].open:
-            opened.flag(end, corner)
+        if not builder.nodes[node].open:
+            builder.flag(end, corner)
     if not stays.count and line.count:
-        opened.set_count(stays.id, line.count, line.pinned)
+        builder.set_count(stays.id, line.count, line.pinned)
 
 
 def _are_on_each_other(one: Chain, two: Chain, near: float) -> bool:

@@ -12,8 +12,8 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import AT, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.builder import AtNode, NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -42,31 +42,31 @@ def clean_knot(
         raise RefusedError("nothing is within the circle: press closer to the knot")
     if any(network.chains[chain].marked for chain in met):
         raise RefusedError("a border or the seam of symmetry is within the circle: it stays")
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     rim: list[int] = []
     for chain in met:
         line = network.chains[chain]
         rim += [
-            opened.cut_chain(chain, k) for k in _find_passages(line, inside[chain], at, sizes.snap)
+            builder.cut_chain(chain, k) for k in _find_passages(line, inside[chain], at, sizes.snap)
         ]
-    for chain in sorted(opened.pieces(met)):
-        line = opened.chains[chain]
+    for chain in sorted(builder.pieces(met)):
+        line = builder.chains[chain]
         middle = 0.5 * (line.points[(line.segments - 1) // 2] + line.round[line.segments // 2 + 1])
         if _is_within(middle[None], line.normals[line.segments // 2][None], at, up, sizes.snap)[0]:
-            rim += opened.remove_chain(chain)
-    rim = [node for node in dict.fromkeys(rim) if node in opened.nodes]
+            rim += builder.remove_chain(chain)
+    rim = [node for node in dict.fromkeys(rim) if node in builder.nodes]
     if not rim:
         raise RefusedError("no curve leaves the circle: erase what is within instead")
-    centre = opened.add_node(at, up)
+    centre = builder.add_node(at, up)
     # None is joined to its lead before all leads are there: these alone tell the order.
-    for node, chain in [(node, _add_lead(opened, surface, sizes, node, centre)) for node in rim]:
-        (outer, *others) = [h >> 1 for h in opened.nodes[node].ends if h >> 1 != chain]
-        if opened.nodes[node].cut and not others:
-            kept = opened.chains[outer]
-            merged = opened.merge(node)
+    for node, chain in [(node, _add_lead(builder, surface, sizes, node, centre)) for node in rim]:
+        (outer, *others) = [h >> 1 for h in builder.nodes[node].ends if h >> 1 != chain]
+        if builder.nodes[node].cut and not others:
+            kept = builder.chains[outer]
+            merged = builder.merge(node)
             if merged is not None:
-                opened.set_count(merged, kept.count, kept.pinned)
-    return Edit.of(network, opened.finish())
+                builder.set_count(merged, kept.count, kept.pinned)
+    return Edit.of(network, builder.finish())
 
 
 def _is_within(
@@ -91,15 +91,17 @@ def _find_passages(
     return found
 
 
-def _add_lead(opened: OpenNetwork, surface: Surface, sizes: Sizes, node: int, centre: int) -> int:
+def _add_lead(
+    builder: NetworkBuilder, surface: Surface, sizes: Sizes, node: int, centre: int
+) -> int:
     """A straight chain from a node on the circle to its centre."""
-    rim, hub = opened.nodes[node], opened.nodes[centre]
+    rim, hub = builder.nodes[node], builder.nodes[centre]
     steps = max(2, round(float(np.linalg.norm(hub.point - rim.point)) / sizes.sampling))
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     line = (1.0 - share) * rim.point + share * hub.point
     up = (1.0 - share) * rim.normal + share * hub.normal
     done = project_near(surface, line, up, sizes)
-    return opened.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
+    return builder.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:

@@ -14,7 +14,7 @@ from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
     remove_patch,
     trace_outline,
     walk_face,
@@ -22,11 +22,11 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.flooding import (
     CLEAR,
     Wall,
+    explain_no_disk,
     find_gap,
     flood_triangles,
     make_wall,
 )
-from patterndb_sketch.retopo.network.regions import explain_no_disk
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.wording import format_place
 
@@ -49,9 +49,9 @@ def make_patch(network: Network, surface: Surface, place: SurfacePoints) -> Edit
     why = explain_no_disk(surface, trace_outline(network, loop)[0])
     if why is not None:
         raise RefusedError(f"the loop around this place can be no patch: {why}")
-    opened = OpenNetwork(network, surface)
+    builder = NetworkBuilder(network, surface)
     try:
-        return Edit.of(network, opened.finish(also=(half,)))
+        return Edit.of(network, builder.finish(also=(half,)))
     except InvalidRetopoError as error:
         raise RefusedError(
             "the loop around this place can be no patch: it has an open end, a marked side or "

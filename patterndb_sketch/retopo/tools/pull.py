@@ -13,8 +13,8 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Flag, Vector
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.builder import AtChain, AtNode, NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
     find_nearest_node,
     find_nearest_place,
@@ -69,17 +69,17 @@ def pull_held(
     from it: t is by arc length; points are projected along normals that turn with the hand's.
     """
     to, up = _take_to_surface(surface, sizes, point, normal)
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     if isinstance(at, AtNode):
         moved = _chains_of(network, at.node)
-        move_node_to(opened, surface, sizes, at.node, to, up)
+        move_node_to(builder, surface, sizes, at.node, to, up)
     else:
         moved = {at.chain}
-        _move_place_to(opened, surface, sizes, network.chain(at.chain), at.place, to, up)
+        _move_place_to(builder, surface, sizes, network.chain(at.chain), at.place, to, up)
     for chain in moved:
-        if not opened.chains[chain].length > 0.0:
+        if not builder.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
-    after = opened.finish()
+    after = builder.finish()
     return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 
@@ -111,12 +111,12 @@ def release_held(
     target = find_joint(network, sizes, at.node, to, up)
     if target is None:
         return pull_held(network, surface, sizes, at, point, normal)
-    opened = OpenNetwork(network)
-    node = opened.end_node(target, to, up)
+    builder = NetworkBuilder(network)
+    node = builder.end_node(target, to, up)
     move_node_to(
-        opened, surface, sizes, at.node, opened.nodes[node].point, opened.nodes[node].normal
+        builder, surface, sizes, at.node, builder.nodes[node].point, builder.nodes[node].normal
     )
-    done = join_nodes(opened, sizes, NodeJoint(at.node, node), smooth)
+    done = join_nodes(builder, sizes, NodeJoint(at.node, node), smooth)
     if isinstance(done, str):
         dropped = pull_held(network, surface, sizes, at, point, normal)
         return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
@@ -125,25 +125,30 @@ def release_held(
 
 
 def move_node_to(
-    opened: OpenNetwork, surface: Surface, sizes: Sizes, node: int, point: Points, normal: Points
+    builder: NetworkBuilder,
+    surface: Surface,
+    sizes: Sizes,
+    node: int,
+    point: Points,
+    normal: Points,
 ) -> None:
     """Move a node to a point (3,) with its normal; its chains follow by even shares.
 
     Raises RefusedError if one of them is marked.
     """
-    at = opened.nodes[node]
+    at = builder.nodes[node]
     move, turn = point - at.point, normal - at.normal
-    chains = {half >> 1: opened.chains[half >> 1] for half in at.ends}
+    chains = {half >> 1: builder.chains[half >> 1] for half in at.ends}
     _refuse_marked(chains.values())
-    opened.move_node(node, point, normal)
+    builder.move_node(node, point, normal)
     for old in chains.values():
         away = np.linspace(0.0, 1.0, len(old.points))
         share = (old.start == node) * (1.0 - away) + (old.end == node) * away
-        _reshape(opened, surface, sizes, old, share, move, turn)
+        _reshape(builder, surface, sizes, old, share, move, turn)
 
 
 def _move_place_to(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     surface: Surface,
     sizes: Sizes,
     line: Chain,
@@ -169,11 +174,11 @@ def _move_place_to(
             (along - along[k]) / (along[-1] - along[k]),
         )
     share = (1.0 - t) ** 4 * (4.0 * t + 1.0)
-    _reshape(opened, surface, sizes, line, share, point - line.points[k], normal - line.normals[k])
+    _reshape(builder, surface, sizes, line, share, point - line.points[k], normal - line.normals[k])
 
 
 def _reshape(
-    opened: OpenNetwork,
+    builder: NetworkBuilder,
     surface: Surface,
     sizes: Sizes,
     old: Chain,
@@ -190,8 +195,8 @@ def _reshape(
     points[still], normals[still] = old.points[still], old.normals[still]
     if not old.loose:
         for k, node in ((0, old.start), (-1, old.end)):
-            points[k], normals[k] = opened.nodes[node].point, opened.nodes[node].normal
-    opened.reshape_chain(old.id, *even_course(points, normals, surface, sizes, old.loose))
+            points[k], normals[k] = builder.nodes[node].point, builder.nodes[node].normal
+    builder.reshape_chain(old.id, *even_course(points, normals, surface, sizes, old.loose))
 
 
 def _chains_of(network: Network, node: int) -> set[int]:

@@ -13,8 +13,8 @@ from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
     find_nearest_place,
     interpolate_places,
@@ -81,9 +81,9 @@ def redraw_chain(network: Network, surface: Surface, sizes: Sizes, stroke: Surfa
     way, up = take_to_surface(at_lengths(way, wanted), up, surface, sizes)
     way[[0, -1]], up[[0, -1]] = ends, above
     points, normals = _splice(line, part, way, up)
-    opened = OpenNetwork(network)
-    opened.reshape_chain(line.id, points, normals)
-    after = opened.finish()
+    builder = NetworkBuilder(network)
+    builder.reshape_chain(line.id, points, normals)
+    after = builder.finish()
     before = find_crossed(network, [line.id], sizes.sampling)
     if find_crossed(after, [line.id], sizes.sampling) - before:
         raise RefusedError(

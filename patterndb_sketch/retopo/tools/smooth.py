@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import find_nearest_place, take_samples
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -57,9 +57,9 @@ def smooth_chain(network: Network, surface: Surface, sizes: Sizes, chain: int) -
         points, normals = take_to_surface(
             smooth_polyline(points, 1, line.loose), normals, surface, sizes
         )
-    opened = OpenNetwork(network)
-    opened.reshape_chain(chain, points, normals)
-    after = opened.finish()
+    builder = NetworkBuilder(network)
+    builder.reshape_chain(chain, points, normals)
+    after = builder.finish()
     return Edit.of(network, after, note_crossings(network, after, [chain], sizes))
 
 

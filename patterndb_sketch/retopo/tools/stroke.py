@@ -17,13 +17,13 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network import SYMMETRY
+from patterndb_sketch.retopo.network.builder import AtChain, AtNode, End, Free, NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.insertion import (
     insert_closed_curve,
     insert_curve,
     remove_doubles,
 )
-from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, End, Free, OpenNetwork
 from patterndb_sketch.retopo.network.patches import find_long_loops
 from patterndb_sketch.retopo.network.samples import (
     Samples,
@@ -80,7 +80,7 @@ def insert_stroke(
     """
     if stroke.closed and not (start is None and end is None):
         raise InvalidRetopoError("a closed stroke has no ends to join; leave start and end out")
-    opened = OpenNetwork(network, surface)
+    builder = NetworkBuilder(network, surface)
     same = min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap)
     near = Nearness(same, (sizes.snap, sizes.snap), sizes.snap)
     line, up = stroke.points, stroke.normals
@@ -91,7 +91,7 @@ def insert_stroke(
 
     joints: list[int] = []
     if stroke.closed:
-        made = insert_closed_curve(opened, line, up, near, project)
+        made = insert_closed_curve(builder, line, up, near, project)
     else:
         of = take_samples(network)
         ends: list[End] = []
@@ -102,11 +102,11 @@ def insert_stroke(
                 if wanted and network.node(joint.node).open:
                     joints.append(joint.node)
             if not isinstance(joint, Free):
-                joint = AtNode(opened.end_node(joint, line[-k], up[-k]))
+                joint = AtNode(builder.end_node(joint, line[-k], up[-k]))
             ends.append(joint)
-        line, up = drag_to_ends(line, up, opened, ends, project)
-        made = insert_curve(opened, line, up, ends[0], ends[1], near, project)
-    drawn, made = made, remove_doubles(opened, made, DOUBLED * sizes.snap)
+        line, up = drag_to_ends(line, up, builder, ends, project)
+        made = insert_curve(builder, line, up, ends[0], ends[1], near, project)
+    drawn, made = made, remove_doubles(builder, made, DOUBLED * sizes.snap)
     if not made:
         raise RefusedError(
             "nothing of the stroke is left: it lies on a curve that is there, within half the "
@@ -115,13 +115,13 @@ def insert_stroke(
             else "nothing of the stroke is left: it begins and ends at one corner, or lies beyond "
             "the border of the surface; draw it longer"
         )
-    for node in map(opened.node_now, joints):
-        if node in opened.nodes:
-            opened.merge(node)
+    for node in map(builder.node_now, joints):
+        if node in builder.nodes:
+            builder.merge(node)
     notes: list[str] = []
     if stroke.missed:
         notes.append(f"{stroke.missed} points of the stroke had no surface along their normals")
-    after = opened.finish()
+    after = builder.finish()
     new = sorted(after.chains.keys() - network.chains.keys())
     notes += [
         f"the loop that it closes is {length:.4g} long, and none above {network.longest:.4g} "
@@ -149,7 +149,7 @@ def find_end(
 
 
 def drag_to_ends(
-    line: Points, up: Points, opened: OpenNetwork, ends: list[End], project: Project
+    line: Points, up: Points, builder: NetworkBuilder, ends: list[End], project: Project
 ) -> tuple[Points, Points]:
     """(n, 3) points and normals of a stroke taken along to the nodes that its ends are joined to.
 
@@ -162,7 +162,7 @@ def drag_to_ends(
     targets: list[tuple[int, Points, Points]] = []
     for k, joint in enumerate(ends):
         if isinstance(joint, AtNode):
-            node = opened.nodes[joint.node]
+            node = builder.nodes[joint.node]
             moved += (share if k else 1.0 - share) * (node.point - line[-k])
             targets.append((-k, node.point, node.normal))
     if not moved.any():

@@ -8,7 +8,7 @@ from typing import Any
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
+from patterndb_sketch.retopo.network.invariants import list_kept_faces
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import (
     Plane,

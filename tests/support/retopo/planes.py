@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.network import AtNode, Network, OpenNetwork
+from patterndb_sketch.retopo.network import AtNode, Network, NetworkBuilder
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tracing import SurfaceCurve
 from tests.support.retopo.surfaces import grid
@@ -51,7 +51,7 @@ def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:
 
     Corners at one place are one node; sides between the same two nodes are not shared.
     """
-    opened = OpenNetwork(Network())
+    builder = NetworkBuilder(Network())
     nodes: dict[tuple[float, float], int] = {}
     for polygon in drawn:
         first = next(k for k, (_, _, corner) in enumerate(polygon) if corner)
@@ -63,12 +63,12 @@ def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:
                 points = line(*side)
                 for end in (side[0], side[-1]):
                     if end not in nodes:
-                        nodes[end] = opened.add_node([*end, 0.0], [0.0, 0.0, 1.0])
-                opened.add_chain(
+                        nodes[end] = builder.add_node([*end, 0.0], [0.0, 0.0, 1.0])
+                builder.add_chain(
                     points, up(points), AtNode(nodes[side[0]]), AtNode(nodes[side[-1]])
                 )
                 side = [(x, y)]
-    return opened.finish()
+    return builder.finish()
 
 
 def corners_of(network: Network, patch: int) -> np.ndarray:

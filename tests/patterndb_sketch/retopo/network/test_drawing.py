@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.network import (
     AtNode,
     Free,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
     add_chain,
     add_loop,
     are_equal,
@@ -248,18 +248,18 @@ def test_an_open_end_further_off_is_left_alone() -> None:
 def test_what_would_pass_through_a_curve_is_refused() -> None:
     ring = even([[0, 0], [1, 0], [1, 1], [0, 1]], closed=True)
     network = Network(surface=plane())
-    opened = OpenNetwork(network)
-    chain = opened.add_loop(ring, up(ring))
-    node = opened.cut_chain(chain, 0.0)
+    builder = NetworkBuilder(network)
+    chain = builder.add_loop(ring, up(ring))
+    node = builder.cut_chain(chain, 0.0)
     inside, outside = even([[0, 0], [0.5, 0.5]]), even([[0, 0], [-0.5, -0.5]])
-    one = opened.add_chain(inside, up(inside), AtNode(node))
-    two = opened.add_chain(outside, up(outside), AtNode(node))
-    kept = opened.finish()
+    one = builder.add_chain(inside, up(inside), AtNode(node))
+    two = builder.add_chain(outside, up(outside), AtNode(node))
+    kept = builder.finish()
     sound(kept)
     ends = [kept.chains[c].end for c in (one, two)]
     through = even([[0.5, 0.5], [1.5, 0.5], [1.5, -0.5], [-0.5, -0.5]])
     with pytest.raises(RefusedError, match="pass through"):
-        OpenNetwork(kept).add_chain(through, up(through), AtNode(ends[0]), AtNode(ends[1]))
+        NetworkBuilder(kept).add_chain(through, up(through), AtNode(ends[0]), AtNode(ends[1]))
     # As a stroke it crosses the ring.
     stroke = SurfaceCurve(through, up(through), False)
     made = insert_stroke(kept, plane(), SIZES, stroke, AtNode(ends[0]), AtNode(ends[1])).network

@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.network import (
     BrokenNetworkError,
     Free,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
     add_borders,
     add_chain,
     add_loop,
@@ -31,13 +31,12 @@ from patterndb_sketch.retopo.network import (
     find_nearest_place,
     find_patches,
     measure_enclosed,
-    remove_chains,
     set_choice,
     set_count,
     take_samples,
     trace_outline,
 )
-from patterndb_sketch.retopo.network.cutting import split_count
+from patterndb_sketch.retopo.network.samples import split_count
 from tests.support.retopo.networks import (
     SIZES,
     chain_between,
@@ -120,8 +119,8 @@ def test_four_strokes_make_a_square() -> None:
 )
 def test_ends_are_counter_clockwise_whatever_order_they_come_in(degrees: list[int], random) -> None:
     random.shuffle(degrees)
-    opened = OpenNetwork(Network())
-    node = opened.add_node([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    builder = NetworkBuilder(Network())
+    node = builder.add_node([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
     towards: dict[int, int] = {}
     for degree in degrees:
         angle = math.radians(degree)
@@ -129,11 +128,11 @@ def test_ends_are_counter_clockwise_whatever_order_they_come_in(degrees: list[in
         far = [math.cos(angle) - 0.3 * math.sin(angle), math.sin(angle) + 0.3 * math.cos(angle)]
         line = even([[0, 0], [0.5 * math.cos(angle), 0.5 * math.sin(angle)], far])
         if degree % 2:
-            half = 2 * opened.add_chain(line, up(line), AtNode(node), Free())
+            half = 2 * builder.add_chain(line, up(line), AtNode(node), Free())
         else:
-            half = 2 * opened.add_chain(line[::-1], up(line), Free(), AtNode(node)) + 1
+            half = 2 * builder.add_chain(line[::-1], up(line), Free(), AtNode(node)) + 1
         towards[half] = degree
-    network = opened.finish()
+    network = builder.finish()
     check_network(network)
     around = [towards[half] for half in network.nodes[node].ends]
     first = around.index(min(around))
@@ -156,22 +155,22 @@ def test_places_of_before_cuts_stay_where_they_were(
     else:
         network, chain = add_chain(Network(), line, up(line))
     old = network.chains[chain]
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     nodes: list[int] = []
     for cut in cuts:
-        nodes.append(opened.cut_chain(chain, cut * old.segments))
-    now, place = opened.locate(chain, asked * old.segments)
+        nodes.append(builder.cut_chain(chain, cut * old.segments))
+    now, place = builder.locate(chain, asked * old.segments)
     expected = at_places(old.round, asked * old.segments)
     # A cut next to a sample is at the sample, which moves what is between by as much.
     step = np.linalg.norm(np.diff(old.round, axis=0), axis=1).max()
-    assert at_places(opened.chains[now].round, place) == pytest.approx(expected, abs=0.3 * step)
+    assert at_places(builder.chains[now].round, place) == pytest.approx(expected, abs=0.3 * step)
     wanted = [at_places(old.round, cut * old.segments) for cut in cuts]
     for node, point in zip(nodes, wanted, strict=True):
-        assert np.linalg.norm(opened.nodes[node].point - point) <= 0.1 * step + 1e-12
+        assert np.linalg.norm(builder.nodes[node].point - point) <= 0.1 * step + 1e-12
     for node in nodes:
-        if node in opened.nodes and opened.nodes[node].ends:
-            opened.flag(opened.nodes[node].ends[0], len(opened.nodes[node].ends) > 1)
-    done = opened.finish()
+        if node in builder.nodes and builder.nodes[node].ends:
+            builder.flag(builder.nodes[node].ends[0], len(builder.nodes[node].ends) > 1)
+    done = builder.finish()
     check_network(done)
     assert sum(c.length for c in done.chains.values()) == pytest.approx(old.length, rel=0.02)
 
@@ -197,9 +196,9 @@ def test_counts_split_in_proportion_and_keep_their_sum(count: int, one: float, t
 def test_a_cut_without_a_corner_leaves_the_chain_as_it_was() -> None:
     network = set_count(square(), chain_between(square(), (0, 0), (2, 0)), 12, True)
     chain = chain_between(network, (0, 0), (2, 0))
-    opened = OpenNetwork(network)
-    opened.cut_chain(chain, 30.0)
-    done = opened.finish()
+    builder = NetworkBuilder(network)
+    builder.cut_chain(chain, 30.0)
+    done = builder.finish()
     check_network(done)
     again = done.chains[chain_between(done, (0, 0), (2, 0))]
     assert again.points.tobytes() == network.chains[chain].points.tobytes()
@@ -227,7 +226,9 @@ def test_edits_leave_the_old_network_as_it_was() -> None:
     )
     chain = chain_between(network, (0, 0), (2, 0))
     cut_chain(network, chain, 7.0)
-    remove_chains(network, [chain])
+    builder = NetworkBuilder(network)
+    builder.remove_chain(chain)
+    builder.finish(forget=True)
     line = even([[1, 0], [1, 1]])
     add_chain(network, line, up(line), AtChain(chain, 50.0), Free())
     assert are_equal(network, copy)
@@ -263,39 +264,39 @@ def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
     line = np.c_[circle(80)[:, :2], np.zeros(80)]
     normals = circle(80)
     network, chain = add_loop(Network(), line, normals)
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     for place in (0.0, 40.0):
-        node = opened.cut_chain(chain, place)
-        for half in opened.nodes[node].ends:
-            opened.flag(half, True)
-    plain = opened.finish()
+        node = builder.cut_chain(chain, place)
+        for half in builder.nodes[node].ends:
+            builder.flag(half, True)
+    plain = builder.finish()
     check_network(plain)
     assert not plain.patches
-    opened = OpenNetwork(plain)
+    builder = NetworkBuilder(plain)
     half = 2 * min(plain.chains)
-    done = opened.finish(also=[half])
+    done = builder.finish(also=[half])
     check_network(done)
     (patch,) = done.patches.values()
     assert half in patch.loop
     open_end, single = add_chain(Network(), even([[0, 0], [1, 0]]), up(even([[0, 0], [1, 0]])))
     with pytest.raises(InvalidRetopoError, match="can be no patch"):
-        OpenNetwork(open_end).finish(also=[2 * single])
+        NetworkBuilder(open_end).finish(also=[2 * single])
 
 
 @pytest.mark.parametrize("arrives", [False, True])
 def test_a_patch_is_asked_for_by_a_curve_that_is_joined_to_its_next(arrives: bool) -> None:
     network, chain = add_loop(Network(), np.c_[circle(80)[:, :2], np.zeros(80)], circle(80))
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     for place in (0.0, 40.0):
-        node = opened.cut_chain(chain, place)
-        for half in opened.nodes[node].ends:
-            opened.flag(half, True)
+        node = builder.cut_chain(chain, place)
+        for half in builder.nodes[node].ends:
+            builder.flag(half, True)
     # No corner: the two curves that meet here become one.
-    between = opened.cut_chain(chain, 20.0)
-    half = next(h for h in opened.nodes[between].ends if not h & 1)
+    between = builder.cut_chain(chain, 20.0)
+    half = next(h for h in builder.nodes[between].ends if not h & 1)
     if arrives:
-        half = next(h for h in opened.nodes[between].ends if h & 1) ^ 1
-    done = opened.finish(also=[half])
+        half = next(h for h in builder.nodes[between].ends if h & 1) ^ 1
+    done = builder.finish(also=[half])
     check_network(done)
     assert half >> 1 not in done.chains and between not in done.nodes
     (patch,) = done.patches.values()

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.network import AtNode, Network, OpenNetwork, check_network
+from patterndb_sketch.retopo.network import AtNode, Network, NetworkBuilder, check_network
 from patterndb_sketch.retopo.network.patches import is_strip
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -53,18 +53,18 @@ def test_a_ring_of_four_curves_around_a_limb_is_none() -> None:
 @pytest.mark.parametrize("angle", [90, 135, 150, 180])
 def test_a_ring_around_a_limb_falls_into_two_patches_wherever_it_is_parted(angle: int) -> None:
     """Two loops and two curves between them: what is left of the shorter strip is one, too."""
-    opened = OpenNetwork(Network(longest=100.0))
+    builder = NetworkBuilder(Network(longest=100.0))
     nodes = {
-        (a, z): opened.add_node(around(a, a, z, 1)[0][0], around(a, a, z, 1)[1][0])
+        (a, z): builder.add_node(around(a, a, z, 1)[0][0], around(a, a, z, 1)[1][0])
         for a in (0, angle)
         for z in (0.0, 0.1)
     }
     for z in (0.0, 0.1):
         first, last = AtNode(nodes[0, z]), AtNode(nodes[angle, z])
-        opened.add_chain(*around(0, angle, z), first, last)
-        opened.add_chain(*around(angle, 360, z), last, first)
+        builder.add_chain(*around(0, angle, z), first, last)
+        builder.add_chain(*around(angle, 360, z), last, first)
     for a in (0, angle):
-        opened.add_chain(*along(a, 0.0, 0.1), AtNode(nodes[a, 0.0]), AtNode(nodes[a, 0.1]))
-    network = opened.finish()
+        builder.add_chain(*along(a, 0.0, 0.1), AtNode(nodes[a, 0.0]), AtNode(nodes[a, 0.1]))
+    network = builder.finish()
     check_network(network)
     assert sorted(len(patch.corners) for patch in network.patches.values()) == [4, 4]

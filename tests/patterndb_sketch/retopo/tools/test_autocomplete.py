@@ -91,22 +91,22 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
     from patterndb_sketch.retopo.network import (
         AtChain,
         AtNode,
-        OpenNetwork,
+        NetworkBuilder,
         find_nearest_place,
         take_samples,
     )
     from tests.support.retopo.planes import line, up
 
     (x0, _, _), (x1, _, _), _, (_, y1, _) = polygon
-    opened = OpenNetwork(network)
+    builder = NetworkBuilder(network)
     corners = []
     for x in (x0, x1):
         place = find_nearest_place(take_samples(network), (x, 0.0, 0.0), UP, 0.1)
         assert place is not None
-        corners.append(opened.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
+        corners.append(builder.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
     points = line((x1, 0.0), (x1, y1), (x0, y1), (x0, 0.0))
-    opened.add_chain(points, up(points), AtNode(corners[1]), AtNode(corners[0]))
-    return opened.finish()
+    builder.add_chain(points, up(points), AtNode(corners[1]), AtNode(corners[0]))
+    return builder.finish()
 
 
 def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:

@@ -12,7 +12,7 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network import (
     AtChain,
     Network,
-    OpenNetwork,
+    NetworkBuilder,
     are_equal,
     check_network,
     find_nearest_place,
@@ -75,11 +75,11 @@ def with_corners(network: Network, z: float, degrees: list[float]) -> Network:
         point = (np.cos(angle), np.sin(angle), z)
         place = find_nearest_place(take_samples(network), point, point * np.array([1, 1, 0]), 0.1)
         assert place is not None
-        opened = OpenNetwork(network)
-        node = opened.end_node(AtChain(place.chain, place.place), np.zeros(3), np.zeros(3))
-        for half in opened.nodes[node].ends:
-            opened.flag(half, True)
-        network = opened.finish()
+        builder = NetworkBuilder(network)
+        node = builder.end_node(AtChain(place.chain, place.place), np.zeros(3), np.zeros(3))
+        for half in builder.nodes[node].ends:
+            builder.flag(half, True)
+        network = builder.finish()
     return network
 
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling import weld_patches
-from patterndb_sketch.retopo.network.regions import explain_no_disk
+from patterndb_sketch.retopo.network.flooding import explain_no_disk
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
 from tests.support.retopo.editors import do, line

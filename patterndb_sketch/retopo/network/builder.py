@@ -12,7 +12,9 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach_chain
-from patterndb_sketch.retopo.network.cutting import (
+from patterndb_sketch.retopo.network.faces import count_genus, count_handles
+from patterndb_sketch.retopo.network.patches import find_patches
+from patterndb_sketch.retopo.network.samples import (
     Cut,
     check_line,
     join_chains,
@@ -21,8 +23,6 @@ from patterndb_sketch.retopo.network.cutting import (
     point_at_place,
     split_chain,
 )
-from patterndb_sketch.retopo.network.faces import count_genus, count_handles
-from patterndb_sketch.retopo.network.patches import find_patches
 from patterndb_sketch.retopo.network.structure import FACE, NONE, Chain, HalfChain, Network, Node
 
 
@@ -63,7 +63,7 @@ End = Free | AtNode | AtChain
 SAMPLES_AHEAD = 2.0
 
 
-class OpenNetwork:
+class NetworkBuilder:
     """A network that edits change in place; :meth:`finish` gives the new network.
 
     Chains that were cut may still be named by their old ids and places: they stand for the

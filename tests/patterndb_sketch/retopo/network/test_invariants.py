@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import find_open_edges, weld_patches
 from patterndb_sketch.retopo.filling.report import report_mesh
 from patterndb_sketch.retopo.network import BORDER, FACE, check_network
-from patterndb_sketch.retopo.network.keptfaces import lies_within, list_kept_faces
+from patterndb_sketch.retopo.network.invariants import lies_within, list_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport, import_quads
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
 from tests.support.retopo.quadmeshes import Mesh, cube, refined, thirds
