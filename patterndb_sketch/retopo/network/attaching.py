@@ -9,9 +9,9 @@ a drawing on its surface (Euler's formula), whatever is measured.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +25,10 @@ from patterndb_sketch.retopo.network.faces import (
     find_joined_chains,
     list_face,
 )
-from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Node
+from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
+
+if TYPE_CHECKING:
+    from patterndb_sketch.retopo.network.builder import NetworkBuilder
 
 #: Curves that leave within this angle of each other, in radians, are compared further out.
 TOO_CLOSE = 0.1
@@ -40,11 +43,27 @@ TOWARDS = np.array([0.5377, 0.7243, 0.4318])
 #: How often, each time twice as far out.
 FURTHER = 5
 
+#: Directions in which curves leave a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
+
+#: The polyline (n, 3) of a curve that leaves a node, and whether it leaves from its last point.
+Departure = tuple[Points, bool]
+
+
+def measure_reach(lines: Iterable[Chain]) -> float:
+    """The arc length over which the directions of chains that meet are taken."""
+    return SAMPLES_AHEAD * max(line.length / line.segments for line in lines)
+
+
+def list_departures(chains: Mapping[int, Chain], ends: Iterable[HalfChain]) -> list[Departure]:
+    """How the half-chains that leave a node run."""
+    return [(chains[end >> 1].points, bool(end & 1)) for end in ends]
+
 
 def find_wedge(
     normal: NDArray[np.float64],
-    ends: Sequence[tuple[Points, bool]],
-    new: tuple[Points, bool],
+    ends: Sequence[Departure],
+    new: Departure,
     reach: float,
     wedges: Sequence[int],
 ) -> int:
@@ -53,10 +72,9 @@ def find_wedge(
     A curve that runs along one that is there is as far aside of it as when crossings were looked
     for.
 
-    ends: the polylines that leave the node, in its order, and whether each leaves from its last
-    point; new: the same of the new curve. Directions are taken over an arc length ``reach``, and
-    further out while the nearest two are too close. wedges: numbers, wedge i is between end i
-    and the next.
+    ends: those that leave the node, in its order; new: the new curve. Directions are taken over an
+    arc length ``reach``, and further out while the nearest two are too close. wedges: numbers,
+    wedge i is between end i and the next.
     """
     best = wedges[0]
     if len(wedges) == 1:
@@ -131,8 +149,7 @@ def _wedge_pointed_into(
     old = [h for h in at.ends if h not in given]
     # The left of an end: never beyond the border of the surface.
     free = [j for j, h in enumerate(old) if not chains[h >> 1].marks[h & 1]]
-    ends = [(chains[end >> 1].points, bool(end & 1)) for end in old]
-    new = (chains[half >> 1].points, bool(half & 1))
+    ends, (new,) = list_departures(chains, old), list_departures(chains, [half])
     j = find_wedge(at.normal, ends, new, reach, free or range(len(old)))
     return _wedge_beside(at, Gap(old[j], True, -1.0), given, now)
 
@@ -152,24 +169,6 @@ class SeparatedError(RefusedError):
     """Between two nodes there is no way that crosses nothing."""
 
 
-class Attachable(Protocol):
-    """What is needed of a network that is being changed: see
-    :class:`patterndb_sketch.retopo.network.builder.NetworkBuilder`, which is one."""
-
-    before: Network
-    nodes: dict[int, Node]
-    chains: dict[int, Chain]
-    gaps: dict[HalfChain, Gap]
-    touched_chains: set[int]
-
-    def set_node(self, node: Node) -> None:
-        """Put a changed node in the place of the one with its id."""
-
-    def half_now(self, half: HalfChain) -> HalfChain:
-        """The half-chain that one of before a cut is."""
-        ...
-
-
 @dataclass(frozen=True, slots=True)
 class _Wedges:
     """Where an end of a new chain may go around its node.
@@ -184,7 +183,9 @@ class _Wedges:
     costs: tuple[float, ...]
 
 
-def attach_chain(builder: Attachable, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
+def attach_chain(
+    builder: NetworkBuilder, chain: int, reach: float, gaps: Gaps = (None, None)
+) -> None:
     """Put a chain's halves among the ends of its nodes, with corners on either side.
 
     reach: arc length over which directions are taken; gaps: where its start and its end go, if
@@ -219,7 +220,9 @@ def attach_chain(builder: Attachable, chain: int, reach: float, gaps: Gaps = (No
     _put_end(builder, line.end, 2 * chain + 1, found[1], gaps[1])
 
 
-def _find_common_face(builder: Attachable, one: _Wedges, two: _Wedges) -> tuple[int, int] | None:
+def _find_common_face(
+    builder: NetworkBuilder, one: _Wedges, two: _Wedges
+) -> tuple[int, int] | None:
     """The two wedges nearest to the wanted ones that are of one face; None if there are none.
 
     The wanted ones themselves if the nodes are of different parts of the network.
@@ -253,7 +256,7 @@ def _find_common_face(builder: Attachable, one: _Wedges, two: _Wedges) -> tuple[
     return None if math.isinf(best[0]) else best[1:]
 
 
-def _has_spare_handle(builder: Attachable, nodes: Mapping[int, Node]) -> bool:
+def _has_spare_handle(builder: NetworkBuilder, nodes: Mapping[int, Node]) -> bool:
     """Has the surface a handle that the network does not go round yet? The last chain, which is
     not among the ends of these nodes, does not count."""
     surface = builder.before.surface
@@ -266,7 +269,7 @@ def _has_spare_handle(builder: Attachable, nodes: Mapping[int, Node]) -> bool:
 
 
 def _price_wedges(
-    builder: Attachable, node: int, half: HalfChain, reach: float, gap: Gap | None
+    builder: NetworkBuilder, node: int, half: HalfChain, reach: float, gap: Gap | None
 ) -> _Wedges:
     """Where around its node a half-chain goes by its direction, or by the gap that is given."""
     at = builder.nodes[node]
@@ -278,12 +281,10 @@ def _price_wedges(
         wanted = _wedge_pointed_into(at, half, reach, chains, builder.gaps, builder.half_now)
     else:
         wanted = _wedge_beside(at, gap, builder.gaps, builder.half_now)
-    new = find_departure(chains[half >> 1].points, bool(half & 1), reach)
+    new, *ways = (find_departure(*one, reach) for one in list_departures(chains, (half, *at.ends)))
     angles: list[float] = []
-    for end in at.ends:
-        angle = measure_turn(
-            at.normal, find_departure(chains[end >> 1].points, bool(end & 1), reach), new
-        )
+    for way in ways:
+        angle = measure_turn(at.normal, way, new)
         angles.append(PASSED + min(angle, 2.0 * math.pi - angle))
     costs = [math.inf] * n
     costs[wanted] = left = right = 0.0
@@ -301,7 +302,9 @@ def _price_wedges(
     return _Wedges(at, min(range(n), key=costs.__getitem__), tuple(costs))
 
 
-def _put_end(builder: Attachable, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
+def _put_end(
+    builder: NetworkBuilder, node: int, half: HalfChain, wedge: int, gap: Gap | None
+) -> None:
     """A half-chain into a wedge of a node, with a corner on either side of it."""
     at = builder.nodes[node]
     if not at.ends:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach_chain
+from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach_chain, measure_reach
 from patterndb_sketch.retopo.network.faces import count_genus, count_handles
 from patterndb_sketch.retopo.network.patches import find_patches
 from patterndb_sketch.retopo.network.samples import (
@@ -57,10 +57,6 @@ class AtChain:
 
 #: What an end of a new curve is joined to.
 End = Free | AtNode | AtChain
-
-
-#: Directions in which curves leave a node are taken over this many samples.
-SAMPLES_AHEAD = 2.0
 
 
 class NetworkBuilder:
@@ -128,11 +124,9 @@ class NetworkBuilder:
         inner = (line[1:-1] != line[0]).any()
         if (line[0] == line[-1]).all() and (len(line) < 4 or not inner):
             raise RefusedError("the curve would begin and end at one place; draw it longer")
-        chain = self.new_id()
-        self.chains[chain] = Chain(chain, first, last, line, up, count, pinned, marks)
-        self.touched_chains.add(chain)
-        reach = SAMPLES_AHEAD * self.chains[chain].length / (len(line) - 1)
-        attach_chain(self, chain, reach, gaps)
+        chain = self.new_chain(first, last, line, up)
+        self.chains[chain] = replace(self.chains[chain], count=count, pinned=pinned, marks=marks)
+        attach_chain(self, chain, measure_reach([self.chains[chain]]), gaps)
         for joint, node in ((start, first), (end, last)):
             if isinstance(joint, AtNode) and joint.smooth and first != last:
                 merged = self.merge(node)
@@ -151,9 +145,8 @@ class NetworkBuilder:
         line, up = check_line(points, normals)
         if len(line) < 3:
             raise InvalidRetopoError(f"a closed chain of {len(line)} points; give 3 or more")
-        chain = self.new_id()
-        self.chains[chain] = Chain(chain, NONE, NONE, line, up, count, False, marks)
-        self.touched_chains.add(chain)
+        chain = self.new_chain(NONE, NONE, line, up)
+        self.chains[chain] = replace(self.chains[chain], count=count, marks=marks)
         return chain
 
     def end_node(self, end: End, point: Points, normal: Points) -> int:
@@ -399,6 +392,13 @@ class NetworkBuilder:
     def new_id(self) -> int:
         self.next_id += 1
         return self.next_id - 1
+
+    def new_chain(self, start: int, end: int, points: Points, normals: Points) -> int:
+        """Put a chain there that its nodes do not know yet."""
+        chain = self.new_id()
+        self.chains[chain] = Chain(chain, start, end, points, normals)
+        self.touched_chains.add(chain)
+        return chain
 
     def new_node(self, point: Points, normal: Points, cut: bool) -> int:
         node = self.new_id()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,8 +80,16 @@ def find_nearest_node(
 
     range(1, 2) for open ends, range(2, 3) for corners between two chains, and so on.
     """
+    some = (node for node in network.nodes.values() if node.valence in valences)
+    return find_nearest_among(some, point, normal, radius)
+
+
+def find_nearest_among(
+    some: Iterable[Node], point: ArrayLike, normal: ArrayLike, radius: float
+) -> Node | None:
+    """The nearest of some nodes within a radius whose normal agrees."""
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
-    nodes = [node for node in network.nodes.values() if node.valence in valences]
+    nodes = list(some)
     if not nodes:
         return None
     away = np.linalg.norm(np.array([node.point for node in nodes]) - at, axis=1)

@@ -26,6 +26,7 @@ from patterndb_sketch.retopo.network import (
     Network,
     NetworkBuilder,
 )
+from patterndb_sketch.retopo.network.attaching import measure_reach
 from patterndb_sketch.retopo.network.samples import (
     Samples,
     find_nearest_place,
@@ -39,9 +40,6 @@ from patterndb_sketch.retopo.symmetry.half import (
     measure_heights,
 )
 from patterndb_sketch.retopo.symmetry.painting import mirror_density
-
-#: Directions at a node are taken over this many samples.
-SAMPLES_AHEAD = 2.0
 
 #: A node on the plane is on the seam if it is this near to it, in samplings: its curve's samples
 #: are on the surface, what is between them a little off.
@@ -257,7 +255,7 @@ def _order_from_outside(builder: NetworkBuilder, half: Half, node: int) -> tuple
     turns: list[float] = []
     for end in at.ends:
         chain = builder.chains[end >> 1]
-        reach = SAMPLES_AHEAD * chain.length / chain.segments
+        reach = measure_reach([chain])
         turns.append(
             measure_turn(at.normal, outward, find_departure(chain.points, bool(end & 1), reach))
         )

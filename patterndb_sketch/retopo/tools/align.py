@@ -18,10 +18,11 @@ from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings
 from patterndb_sketch.retopo.tools.pull import find_held, move_node_to
 from patterndb_sketch.retopo.tools.salience import MODES, Mode, Salience
 from patterndb_sketch.retopo.tracing import smoothing_targets
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 #: What the two targets of smoothing and the pull of the features weigh in a step.
 WEIGHTS = (1.0, 1.0, 1.0)

@@ -32,7 +32,8 @@ from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths
 from patterndb_sketch.retopo.network import Chain, Edit, Network, NetworkBuilder, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 from query.engine import PatternSource
 
 #: Rounds of smoothing at one call unless told otherwise.

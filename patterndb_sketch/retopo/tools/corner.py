@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import units
 from patterndb_sketch.retopo.arguments import AT, Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network.attaching import find_wedge
+from patterndb_sketch.retopo.network.attaching import find_wedge, list_departures, measure_reach
 from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
@@ -22,9 +22,6 @@ from patterndb_sketch.retopo.network.samples import (
 from patterndb_sketch.retopo.network.structure import HalfChain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-
-#: Directions at a node are taken over this many samples.
-SAMPLES_AHEAD = 2.0
 
 
 def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) -> Edit:
@@ -76,14 +73,13 @@ def flip_wedge(
     node = find_nearest_node(network, point, normal, sizes.snap, range(2, 1 << 30))
     if node is None:
         raise RefusedError("the stroke ends at no corner: draw from within the wedge to it")
-    lines = [network.chains[half >> 1] for half in node.ends]
-    ends = [(line.points, bool(half & 1)) for line, half in zip(lines, node.ends, strict=True)]
     towards = np.asarray(pressed, np.float64) - node.point
     flat = towards - (towards @ node.normal) * node.normal
     if not np.linalg.norm(flat) > 0.0:
         raise RefusedError("the stroke begins on the corner itself: begin within the wedge")
     ray = np.stack([node.point, node.point + np.linalg.norm(towards) * units(flat[None])[0]])
-    reach = SAMPLES_AHEAD * max(line.length / line.segments for line in lines)
+    reach = measure_reach(network.chains[half >> 1] for half in node.ends)
+    ends = list_departures(network.chains, node.ends)
     wedge = find_wedge(node.normal, ends, (ray, False), reach, range(node.valence))
     flags = list(node.flagged)
     if flags[wedge]:

@@ -11,26 +11,16 @@ from patterndb._native.retopo.network.attaching import find_departure, measure_t
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.network.attaching import list_departures, measure_reach
 from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_crossings
 from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tracing.curves import project_near
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 #: Samples that are more than this many samplings apart, or in the mean less than one part in as
 #: many, are set anew: until then a chain keeps the samples it has.
 UNEVEN = 2.0
-
-#: Directions at a node are taken over this many samples.
-SAMPLES_AHEAD = 2.0
-
-
-def take_to_surface(
-    points: Points, normals: Points, surface: Surface, sizes: Sizes
-) -> tuple[Points, Points]:
-    """(n, 3) points taken to the surface along normals (n, 3), with the surface's normals there."""
-    done = project_near(surface, points, normals, sizes)
-    return done.points, done.normals
 
 
 def even_course(
@@ -102,9 +92,8 @@ def _find_disordered(network: Network, chains: Iterable[int]) -> set[int]:
     nodes = {node for k in chains for node in (network.chains[k].start, network.chains[k].end)}
     for node in nodes & network.nodes.keys():
         at = network.nodes[node]
-        lines = [(network.chains[half >> 1], bool(half & 1)) for half in at.ends]
-        reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
-        ways = [find_departure(line.points, backwards, reach) for line, backwards in lines]
+        reach = measure_reach(network.chains[half >> 1] for half in at.ends)
+        ways = [find_departure(*one, reach) for one in list_departures(network.chains, at.ends)]
         turns = [measure_turn(at.normal, ways[k - 1], way) for k, way in enumerate(ways)]
         if len(ways) > 2 and sum(turns) > 3.0 * math.pi:
             found.add(node)

@@ -30,14 +30,13 @@ from patterndb_sketch.retopo.network import (
     walk_face,
 )
 from patterndb_sketch.retopo.network.flooding import explain_no_disk
-from patterndb_sketch.retopo.network.insertion import insert_curve
-from patterndb_sketch.retopo.network.stops import Nearness
+from patterndb_sketch.retopo.network.insertion import Nearness, insert_curve
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import SurfaceBoundary, join_half_chains
 from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, drag_to_ends
 from patterndb_sketch.retopo.tracing import SurfaceCurve, trace_geodesic
-from patterndb_sketch.retopo.tracing.curves import project_near
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 #: Patches between two loops without corners, unless told. Source: the released program of
 #: Takayama et al. 2013.
@@ -156,16 +155,15 @@ def _join(
     ends = AtNode(one), AtNode(other)
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = project_near(surface, points, normals, sizes)
-        return done.points, done.normals
+        return take_to_surface(points, normals, surface, sizes)
 
     if stroke is None:
         a, b = builder.nodes[one], builder.nodes[other]
         feet = [surface.nearest_facing(n.point[None], n.normal[None]) for n in (a, b)]
         stroke = trace_geodesic(surface, feet[0], feet[1]).sample(surface, sizes.sampling)
-    line, up = drag_to_ends(stroke.points, stroke.normals, builder, list(ends), project)
+    stroke = drag_to_ends(stroke, builder, ends, project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
-    made = insert_curve(builder, line, up, *ends, near, project)
+    made = insert_curve(builder, stroke, *ends, near, project)
     if len(made) != 1:
         raise RefusedError(CROSS)
     return made[0]

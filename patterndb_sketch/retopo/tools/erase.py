@@ -9,6 +9,7 @@ from typing import Any
 from patterndb._native.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.network.attaching import list_departures, measure_reach
 from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.crossings import find_crossings
 from patterndb_sketch.retopo.network.edits import Edit
@@ -19,9 +20,6 @@ from patterndb_sketch.retopo.tracing import SurfaceCurve
 
 #: Two chains run straight through a node if they bend by less than this, in radians there.
 STRAIGHT = math.radians(30.0)
-
-#: Directions at a node are taken over this many samples.
-SAMPLES_AHEAD = 2.0
 
 
 def erase_crossed_chains(network: Network, scribble: SurfaceCurve) -> Edit:
@@ -124,13 +122,8 @@ def is_straight(builder: NetworkBuilder, node: int) -> bool:
     at: Node = builder.nodes[node]
     if at.valence != 2:
         return False
-    lines = [builder.chains[half >> 1] for half in at.ends]
-    steps = [line.length / line.segments for line in lines]
-    reach = SAMPLES_AHEAD * max(steps)
-    one, two = (
-        find_departure(line.points, bool(half & 1), reach)
-        for line, half in zip(lines, at.ends, strict=True)
-    )
+    reach = measure_reach(builder.chains[half >> 1] for half in at.ends)
+    one, two = (find_departure(*end, reach) for end in list_departures(builder.chains, at.ends))
     return abs(measure_turn(at.normal, one, two) - math.pi) < STRAIGHT
 
 

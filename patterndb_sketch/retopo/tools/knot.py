@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tracing.curves import project_near
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 
 def clean_knot(
@@ -100,8 +100,8 @@ def _add_lead(
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     line = (1.0 - share) * rim.point + share * hub.point
     up = (1.0 - share) * rim.normal + share * hub.normal
-    done = project_near(surface, line, up, sizes)
-    return builder.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
+    line, up = take_to_surface(line, up, surface, sizes)
+    return builder.add_chain(line, up, AtNode(node), AtNode(centre))
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:

@@ -15,16 +15,19 @@ from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Flag, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.builder import AtChain, AtNode, NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.joining import FEWEST_ROUND, join_nodes
 from patterndb_sketch.retopo.network.samples import (
+    find_nearest_among,
     find_nearest_node,
     find_nearest_place,
+    take_chain_samples,
     take_samples,
 )
-from patterndb_sketch.retopo.network.structure import Chain, Network
+from patterndb_sketch.retopo.network.structure import Chain, Network, Node
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_surface
-from patterndb_sketch.retopo.tools.joining import NodeJoint, find_joint, join_nodes
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 #: More chains than this end at no node.
 MOST_ENDS = 1 << 30
@@ -99,7 +102,7 @@ def release_held(
     chains, which collapses, else another corner, else a side, which is cut there. The two corners
     become one, that which stayed. Curves that lie on each other then (within the snap radius)
     become one, too. Where the two cannot be one, it stays where it was dropped, and a note says
-    why; see :func:`~patterndb_sketch.retopo.tools.joining.join_nodes`.
+    why; see :func:`~patterndb_sketch.retopo.network.joining.join_nodes`.
 
     smooth: of two open ends, the curves become one; else there is a corner between.
     Raises as :func:`pull_held` does. Source: the program of Takayama et al. 2013.
@@ -108,7 +111,7 @@ def release_held(
         return pull_held(network, surface, sizes, at, point, normal)
     to, up = _take_to_surface(surface, sizes, point, normal)
     moved = _chains_of(network, at.node)
-    target = find_joint(network, sizes, at.node, to, up)
+    target = _find_joint(network, sizes, at.node, to, up)
     if target is None:
         return pull_held(network, surface, sizes, at, point, normal)
     builder = NetworkBuilder(network)
@@ -116,12 +119,45 @@ def release_held(
     move_node_to(
         builder, surface, sizes, at.node, builder.nodes[node].point, builder.nodes[node].normal
     )
-    done = join_nodes(builder, sizes, NodeJoint(at.node, node), smooth)
-    if isinstance(done, str):
+    try:
+        joined = join_nodes(builder, at.node, node, sizes.snap, smooth)
+    except RefusedError as error:
         dropped = pull_held(network, surface, sizes, at, point, normal)
-        return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
-    after = done.finish()
+        return Edit.of(network, dropped.network, [f"not joined: {error}", *dropped.notes])
+    after = joined.finish()
     return Edit.of(network, after, note_crossings(network, after, moved, sizes))
+
+
+def _find_joint(
+    network: Network, sizes: Sizes, node: int, point: Points, normal: Points
+) -> AtNode | AtChain | None:
+    """What a node that is let go at a point (3,) snaps to, None for nothing: see
+    :func:`release_held`."""
+    at = network.nodes[node]
+    own = {half >> 1 for half in at.ends}
+    far = {network.target(half) for half in at.ends} - {node}
+    others = [other for other in network.nodes.values() if other.id != node]
+    # Not its own curve's other end, unless the curve goes round: else it would vanish.
+    barred = far if at.open and not _goes_round(network, at, sizes) else set[int]()
+    for chosen in (
+        [o for o in others if o.open and o.id not in barred],
+        [o for o in others if o.id in far and not o.open],
+        [o for o in others if o.id not in far and not o.open],
+    ):
+        found = find_nearest_among(chosen, point, normal, sizes.snap)
+        if found is not None:
+            return AtNode(found.id)
+    sides = {chain: line for chain, line in network.chains.items() if chain not in own}
+    place = find_nearest_place(take_chain_samples(sides), point, normal, sizes.snap)
+    return None if place is None else AtChain(place.chain, place.place)
+
+
+def _goes_round(network: Network, at: Node, sizes: Sizes) -> bool:
+    """Does the curve of an open end, pulled to the end at its other side, leave the snap radius?"""
+    points, _ = network.chains[at.ends[0] >> 1].directed(at.ends[0])
+    share = np.linspace(1.0, 0.0, len(points))[:, None]
+    off = np.linalg.norm(points + share * (points[-1] - points[0]) - points[-1], axis=1)
+    return len(points) >= FEWEST_ROUND and bool(off.max() > sizes.snap)
 
 
 def move_node_to(

@@ -23,8 +23,9 @@ from patterndb_sketch.retopo.network.samples import (
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import find_crossed, take_to_surface
+from patterndb_sketch.retopo.tools.course import find_crossed
 from patterndb_sketch.retopo.tracing import SurfaceCurve
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,9 @@ from patterndb_sketch.retopo.network.samples import find_nearest_place, take_sam
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import note_crossings, take_to_surface
+from patterndb_sketch.retopo.tools.course import note_crossings
 from patterndb_sketch.retopo.tracing import smooth_polyline
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 #: Rounds of smoothing at one call. Source: the released program of Takayama et al. 2013.
 ROUNDS = 25

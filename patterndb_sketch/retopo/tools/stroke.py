@@ -6,6 +6,8 @@ While symmetry is on a stroke is split at the plane, and its parts end on the se
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,11 +21,8 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network import SYMMETRY
 from patterndb_sketch.retopo.network.builder import AtChain, AtNode, End, Free, NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.insertion import (
-    insert_closed_curve,
-    insert_curve,
-    remove_doubles,
-)
+from patterndb_sketch.retopo.network.insertion import Nearness, Project, insert_curve
+from patterndb_sketch.retopo.network.joining import remove_doubles
 from patterndb_sketch.retopo.network.patches import find_long_loops
 from patterndb_sketch.retopo.network.samples import (
     Samples,
@@ -32,14 +31,13 @@ from patterndb_sketch.retopo.network.samples import (
     take_chain_samples,
     take_samples,
 )
-from patterndb_sketch.retopo.network.stops import Nearness, Project
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Half, StrokePart, measure_heights, split_stroke
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.erase import erase_chains
 from patterndb_sketch.retopo.tracing import SurfaceCurve
-from patterndb_sketch.retopo.tracing.curves import project_near
+from patterndb_sketch.retopo.tracing.curves import take_to_surface
 
 #: A crossing this near to a node, in samplings along the chain, is at the node.
 NODE_NEAR = 0.5
@@ -83,29 +81,25 @@ def insert_stroke(
     builder = NetworkBuilder(network, surface)
     same = min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap)
     near = Nearness(same, (sizes.snap, sizes.snap), sizes.snap)
-    line, up = stroke.points, stroke.normals
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = project_near(surface, points, normals, sizes)
-        return done.points, done.normals
+        return take_to_surface(points, normals, surface, sizes)
 
     joints: list[int] = []
-    if stroke.closed:
-        made = insert_closed_curve(builder, line, up, near, project)
-    else:
+    ends: list[End] = [Free(), Free()]
+    if not stroke.closed:
         of = take_samples(network)
-        ends: list[End] = []
         for k, known in enumerate((start, end)):
-            joint = find_end(network, of, line[-k], up[-k], sizes.snap) if known is None else known
+            point, normal = stroke.points[-k], stroke.normals[-k]
+            joint = find_end(network, of, point, normal, sizes.snap) if known is None else known
             if isinstance(joint, AtNode):
                 wanted = smooth[k] or joint.smooth
                 if wanted and network.node(joint.node).open:
                     joints.append(joint.node)
             if not isinstance(joint, Free):
-                joint = AtNode(builder.end_node(joint, line[-k], up[-k]))
-            ends.append(joint)
-        line, up = drag_to_ends(line, up, builder, ends, project)
-        made = insert_curve(builder, line, up, ends[0], ends[1], near, project)
+                ends[k] = AtNode(builder.end_node(joint, point, normal))
+        stroke = drag_to_ends(stroke, builder, ends, project)
+    made = insert_curve(builder, stroke, ends[0], ends[1], near, project)
     drawn, made = made, remove_doubles(builder, made, DOUBLED * sizes.snap)
     if not made:
         raise RefusedError(
@@ -149,13 +143,14 @@ def find_end(
 
 
 def drag_to_ends(
-    line: Points, up: Points, builder: NetworkBuilder, ends: list[End], project: Project
-) -> tuple[Points, Points]:
-    """(n, 3) points and normals of a stroke taken along to the nodes that its ends are joined to.
+    stroke: SurfaceCurve, builder: NetworkBuilder, ends: Sequence[End], project: Project
+) -> SurfaceCurve:
+    """A stroke taken along to the nodes that its ends are joined to.
 
     Points move by what their end moves, times a share that falls from 1 there to 0 at the other
     end by arc length, and are projected again.
     """
+    line, up = stroke.points, stroke.normals
     along = arc_length(line)
     share = (along / along[-1])[:, None]
     moved = np.zeros_like(line)
@@ -166,11 +161,11 @@ def drag_to_ends(
             moved += (share if k else 1.0 - share) * (node.point - line[-k])
             targets.append((-k, node.point, node.normal))
     if not moved.any():
-        return line, up
+        return stroke
     line, up = project(line + moved, up)
     for k, point, normal in targets:
         line[k], up[k] = point, normal
-    return line, up
+    return replace(stroke, points=line, normals=up)
 
 
 #: A curve from the seam to the seam that is never further from the plane than this many samplings

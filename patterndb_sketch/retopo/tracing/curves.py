@@ -106,6 +106,14 @@ def project_near(surface: Surface, points: Points, normals: Points, sizes: Sizes
     return surface.project(points, normals, np.minimum(slack, TOO_FAR * sizes.edge))
 
 
+def take_to_surface(
+    points: Points, normals: Points, surface: Surface, sizes: Sizes
+) -> tuple[Points, Points]:
+    """(n, 3) points taken to the surface by :func:`project_near`, with its normals there."""
+    done = project_near(surface, points, normals, sizes)
+    return done.points, done.normals
+
+
 def is_closing(points: Points, snap: float) -> bool:
     """Are the ends of the polyline (k, 3) within the snap radius, and was it outside between?"""
     off = np.linalg.norm(points - points[0], axis=1)
