@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +25,7 @@ from patterndb_sketch.retopo.network.faces import (
     find_joined_chains,
     list_face,
 )
-from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
-
-if TYPE_CHECKING:
-    from patterndb_sketch.retopo.network.builder import NetworkBuilder
+from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Node
 
 #: Curves that leave within this angle of each other, in radians, are compared further out.
 TOO_CLOSE = 0.1
@@ -169,6 +166,24 @@ class SeparatedError(RefusedError):
     """Between two nodes there is no way that crosses nothing."""
 
 
+class Attachable(Protocol):
+    """What is needed of a network that is built, a
+    :class:`~patterndb_sketch.retopo.network.builder.NetworkBuilder`."""
+
+    before: Network
+    nodes: dict[int, Node]
+    chains: dict[int, Chain]
+    gaps: dict[HalfChain, Gap]
+    touched_chains: set[int]
+
+    def set_node(self, node: Node) -> None:
+        """Put a changed node in the place of the one with its id."""
+
+    def half_now(self, half: HalfChain) -> HalfChain:
+        """The half-chain that one of before a cut is."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class _Wedges:
     """Where an end of a new chain may go around its node.
@@ -183,9 +198,7 @@ class _Wedges:
     costs: tuple[float, ...]
 
 
-def attach_chain(
-    builder: NetworkBuilder, chain: int, reach: float, gaps: Gaps = (None, None)
-) -> None:
+def attach_chain(builder: Attachable, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
     """Put a chain's halves among the ends of its nodes, with corners on either side.
 
     reach: arc length over which directions are taken; gaps: where its start and its end go, if
@@ -220,9 +233,7 @@ def attach_chain(
     _put_end(builder, line.end, 2 * chain + 1, found[1], gaps[1])
 
 
-def _find_common_face(
-    builder: NetworkBuilder, one: _Wedges, two: _Wedges
-) -> tuple[int, int] | None:
+def _find_common_face(builder: Attachable, one: _Wedges, two: _Wedges) -> tuple[int, int] | None:
     """The two wedges nearest to the wanted ones that are of one face; None if there are none.
 
     The wanted ones themselves if the nodes are of different parts of the network.
@@ -256,7 +267,7 @@ def _find_common_face(
     return None if math.isinf(best[0]) else best[1:]
 
 
-def _has_spare_handle(builder: NetworkBuilder, nodes: Mapping[int, Node]) -> bool:
+def _has_spare_handle(builder: Attachable, nodes: Mapping[int, Node]) -> bool:
     """Has the surface a handle that the network does not go round yet? The last chain, which is
     not among the ends of these nodes, does not count."""
     surface = builder.before.surface
@@ -269,7 +280,7 @@ def _has_spare_handle(builder: NetworkBuilder, nodes: Mapping[int, Node]) -> boo
 
 
 def _price_wedges(
-    builder: NetworkBuilder, node: int, half: HalfChain, reach: float, gap: Gap | None
+    builder: Attachable, node: int, half: HalfChain, reach: float, gap: Gap | None
 ) -> _Wedges:
     """Where around its node a half-chain goes by its direction, or by the gap that is given."""
     at = builder.nodes[node]
@@ -302,9 +313,7 @@ def _price_wedges(
     return _Wedges(at, min(range(n), key=costs.__getitem__), tuple(costs))
 
 
-def _put_end(
-    builder: NetworkBuilder, node: int, half: HalfChain, wedge: int, gap: Gap | None
-) -> None:
+def _put_end(builder: Attachable, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
     """A half-chain into a wedge of a node, with a corner on either side of it."""
     at = builder.nodes[node]
     if not at.ends:
