@@ -38,6 +38,10 @@ NAMES = {
     "examples/README.md": "examples.md",
     "benchmarks/RESULTS.md": "measurements.md",
     **{f"docs/{path.name}": path.name for path in sorted((ROOT / "docs").glob("*.md"))},
+    **{
+        f"docs/notes/{path.name}": f"notes-{path.name.lower()}"
+        for path in sorted((ROOT / "docs" / "notes").glob("*.md"))
+    },
 }
 
 #: The page that a name of the interface is on: the first that its dotted name begins with.
@@ -72,6 +76,10 @@ SECTIONS = {
     "Reference": ("glossary", "definitions", "cli", "service", "database", "names", "api"),
     "Python": tuple(page.removesuffix(".md") for page in sorted(set(API_PAGES.values()))),
     "Project": ("architecture", "contributing", "measurements", "security", "changelog"),
+    "Notes": (
+        "notes-readme",
+        *(f"notes-{path.stem}" for path in sorted((ROOT / "docs" / "notes").glob("[a-z]*.md"))),
+    ),
 }
 
 #: A link or, with the mark, a picture: its words and its target.

@@ -40,7 +40,8 @@ PAGES += [
         "retopo",
     )
 ]
-ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "benchmarks" / "RESULTS.md"]
+ALL_PAGES += sorted((ROOT / "docs").rglob("*.md"))
 
 
 def shape(line: str) -> str:
