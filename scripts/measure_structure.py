@@ -32,7 +32,7 @@ CONCEPTS = {
         "Feet ModelFeet GroundPoints ProjectedPoints Pick SurfacePoints LineHits Projection"
     ),
     "curve network": (
-        "CurveNetwork DrawnNetwork FeatureNetwork Network ChainedNetwork OrderedNetwork"
+        "CurveNetwork DrawnNetwork FeatureNetwork Network OpenNetwork ChainedNetwork OrderedNetwork"
         " NetworkBuilder LayoutBuilder"
     ),
     "stroke": (

@@ -7,7 +7,7 @@ network of curves, whose loops are filled with patterns.
 Read :mod:`.tracing`, :mod:`.network`, :mod:`.counts` and :mod:`.filling`, then :mod:`.symmetry` and
 :mod:`.draft` (a first network by the machine); then :mod:`.tool` (what a tool is, with
 :mod:`.arguments`), :mod:`.tools`, :mod:`.table` (all of them) and :mod:`.editor`, which obeys calls
-of them on a :mod:`.state`. :mod:`.script`,
+of them on a state. :mod:`.script`,
 :mod:`.session` and :mod:`patterndb_sketch.recovery` keep its work; :mod:`.quadimport` begins
 it from quads.
 """

@@ -1,8 +1,9 @@
 """The editor: what a window, a script and a test drive.
 
-It has a state and its history (:mod:`patterndb_sketch.retopo.state`), and obeys calls of the tools
-of the table (:mod:`patterndb_sketch.retopo.table`), which may say what
-:mod:`patterndb_sketch.retopo.arguments` reads.
+It has a state and its history (:class:`patterndb_sketch.retopo.tool.State`), and obeys calls of the
+tools of the table (:mod:`patterndb_sketch.retopo.table`), which may say what
+:mod:`patterndb_sketch.retopo.arguments` reads. After a call it notes what is rarely meant, open
+ends and curves that leave the surface.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface, Triangles
 from patterndb_sketch.history import DEPTH, History
 from patterndb_sketch.retopo.arguments import read_arguments
@@ -26,15 +30,15 @@ from patterndb_sketch.retopo.filling import (
     release_vertices,
     weld_patches,
 )
-from patterndb_sketch.retopo.flaws import describe_leaps, describe_open_ends
-from patterndb_sketch.retopo.network import Network, add_borders
+from patterndb_sketch.retopo.network import Network, Node, add_borders
+from patterndb_sketch.retopo.network.flooding import find_leaps
 from patterndb_sketch.retopo.network.invariants import check_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half, mirror_mesh
 from patterndb_sketch.retopo.table import TOOLS
-from patterndb_sketch.retopo.tool import ToolWork
+from patterndb_sketch.retopo.tool import State, ToolWork
+from patterndb_sketch.retopo.wording import count_places, list_places
 from query.engine import PatternSource
 
 __all__ = ["DEPTH", "TOOLS", "Call", "Outcome", "Retopology", "State"]
@@ -268,3 +272,67 @@ class Retopology:
         """Begin from a state that was saved; nothing can be undone."""
         self._history = History(state)
         self._filled = None
+
+
+def describe_open_ends(before: Network, after: Network, sizes: Sizes) -> tuple[str, ...]:
+    """The open ends that an edit left, in words with places; () for none that is new."""
+    ends = np.array([n.point for n in _list_new_ends(before, after)]).reshape(-1, 3)
+    if not len(ends):
+        return ()
+    return (
+        f"{count_places('an open end', 'open ends', ends)}: nothing to be joined to was within "
+        f"the snap radius of {sizes.snap:.3g}",
+    )
+
+
+def describe_leaps(before: Network, after: Network, surface: Surface) -> tuple[str, ...]:
+    """Where an edit left curves that leave the surface, likewise."""
+    leaps = find_new_leaps(before, after, surface)
+    if not len(leaps):
+        return ()
+    what = "a curve leaves" if len(leaps) == 1 else "curves leave"
+    return (
+        f"{what} the surface {list_places(leaps)}, for another part of it: redraw it along the "
+        "surface, with points nearer to each other",
+    )
+
+
+def _list_new_ends(before: Network, after: Network) -> list[Node]:
+    """The open ends of a network that were none before."""
+    return [
+        node
+        for number, node in sorted(after.nodes.items())
+        if node.open and not ((former := before.nodes.get(number)) is not None and former.open)
+    ]
+
+
+def find_new_leaps(before: Network, after: Network, surface: Surface) -> Points:
+    """(k, 3) where curves that are new, or run elsewhere than before, leave the surface.
+
+    Not those that a draft laid: they were traced on the surface, and the draft is judged by its
+    quads. Between sheets closer than its samples the nearest sheet need not be its own.
+    """
+    found: list[Points] = [np.empty((0, 3))]
+    for number, chain in sorted(after.chains.items()):
+        if chain.laid:
+            continue
+        former = before.chains.get(number)
+        if former is None or former.points is not chain.points:
+            found.append(find_leaps(surface, chain.points, chain.loose))
+    leaps = np.concatenate(found)
+    if not len(leaps) or not before.chains:
+        return leaps
+    # A curve that is cut by the edit is another chain: what it did before it still does.
+    former = [
+        find_leaps(surface, chain.points, chain.loose)
+        for number, chain in before.chains.items()
+        if number not in after.chains and not chain.laid
+    ]
+    old = np.concatenate([np.empty((0, 3)), *former])
+    away = np.linalg.norm(leaps[:, None] - old, axis=2)
+    return leaps[~(away < SAME_LEAP * surface.diagonal).any(axis=1)]
+
+
+#: Two places where curves leave the surface are one if they are this near, in parts of the
+#: diagonal.
+SAME_LEAP = 0.002

@@ -28,19 +28,19 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, Filling
 from patterndb_sketch.retopo.network import (
     BrokenNetworkError,
-    BrushStroke,
     Chain,
     Density,
     Network,
     Node,
+    Paint,
     Patch,
     check_network,
 )
 from patterndb_sketch.retopo.network.density import LEAST, MOST
 from patterndb_sketch.retopo.network.invariants import UNIT
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Plane, cut_half
+from patterndb_sketch.retopo.tool import State
 from patterndb_sketch.sessions import SessionFormat
 
 #: How the name of a session's file ends.
@@ -182,7 +182,7 @@ def _open_network(saved: SavedNetwork, place: JsonValue) -> Network:
     return network
 
 
-def _check_brush(stroke: BrushStroke, place: JsonValue) -> None:
+def _check_brush(stroke: Paint, place: JsonValue) -> None:
     shape = (len(stroke.starts), 3)
     if not stroke.starts.shape == stroke.ends.shape == stroke.normals.shape == shape != (0, 3):
         place.fail("a brush stroke needs a segment or more: starts, ends and normals [x, y, z]")

@@ -1,7 +1,8 @@
 """Define what a tool is: an entry of the table, and what it works on.
 
-Read :class:`ToolWork` (what a tool is given), :class:`Result` (what it gives back),
-:class:`Control` (how a window offers it) and :class:`Tool` (all of these).
+Read :class:`State` (what editing changes), :class:`ToolWork` (what a tool is given),
+:class:`Result` (what it gives back), :class:`Control` (how a window offers it) and :class:`Tool`
+(all of these).
 """
 
 from __future__ import annotations
@@ -19,9 +20,15 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.arguments import MOST_POINTS, Argument, Number
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.network import Edit, Network, find_nearest_place, take_samples
-from patterndb_sketch.retopo.state import State
-from patterndb_sketch.retopo.symmetry import Half, refuse_beyond
+from patterndb_sketch.retopo.network import (
+    Edit,
+    Network,
+    are_equal,
+    find_nearest_place,
+    take_samples,
+)
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import Half, Plane, refuse_beyond
 from patterndb_sketch.retopo.tracing import SurfaceCurve, clean_stroke
 from query.engine import PatternSource
 
@@ -41,6 +48,30 @@ Target = Literal["ends", "chain", "corner", "patch", "none"]
 #: parts of its diagonal: what is beyond is a mistake in the unit, and would take all memory.
 FAR = 1.0
 LEAST_LENGTH, MOST_LENGTH = 1e-6, 100.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """What editing changes, as one value.
+
+    network: the curves, with counts and fills. sizes: of brushes and edges. plane: of symmetry,
+    None where it is off.
+
+    Undoing is to take an earlier state. What the user looks at, such as whether the surface is
+    hidden, is not part of it.
+    """
+
+    network: Network
+    sizes: Sizes
+    plane: Plane | None = None
+
+    def same(self, other: State) -> bool:
+        """Are they equal, bit for bit?"""
+        return (
+            self.sizes == other.sizes
+            and self.plane == other.plane
+            and are_equal(self.network, other.network)
+        )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,7 +3,7 @@
 Read :mod:`.choice` (what the network keeps of a patch's fill), :mod:`.edgecounts` (how many edges
 every chain has), :mod:`.placing` (where a fill lies on the surface), :mod:`.fills` (which fill a
 patch gets from the pattern database), :mod:`.location` (which patch a point is in),
-:mod:`.doublets`, :mod:`.mesh` (all patches welded to one mesh) and :mod:`.report`;
+:mod:`.mesh` (all patches welded to one mesh) and :mod:`.report`;
 :mod:`.expansion` is for tools that make a fill's strips wider.
 """
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,7 +12,6 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts
 from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_islands
@@ -20,7 +20,15 @@ from patterndb_sketch.retopo.filling.placing import (
     is_divided_alike,
     name_border_vertices,
 )
-from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
+from patterndb_sketch.retopo.network import (
+    FACE,
+    SYMMETRY,
+    Chain,
+    Density,
+    HalfChain,
+    Network,
+    Patch,
+)
 from patterndb_sketch.retopo.network.invariants import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places
 from query.engine import PatternSource
@@ -123,6 +131,47 @@ def fill_network(
             "patches and nothing else have a corner; delete that, or lead a curve to it"
         )
     return FilledNetwork(network, placed, tuple(told))
+
+
+#: Quads around a doublet, an inner vertex whose quads lie over or beside each other. It comes where
+#: two patches have a corner and nothing else has, as at a bend in a curve that no other curve leads
+#: to. Smoothing cannot open it.
+DOUBLET = 2
+
+
+def find_doublets(network: Network, placed: Mapping[int, PlacedPatch]) -> Points:
+    """(k, 3) the inner vertices with two quads, patch by patch.
+
+    What is on the plane of symmetry has as many quads again beyond it. Corners of faces that were
+    given are as they were given.
+    """
+    covered = {half for patch in placed for half in network.patches[patch].loop}
+
+    def is_closed(half: HalfChain) -> bool:
+        return half in covered or network.mark(half) == SYMMETRY
+
+    uses: dict[tuple[int, int], int] = {}
+    points: dict[tuple[int, int], Points] = {}
+    found: list[Points] = []
+    for patch in sorted(placed):
+        one = placed[patch]
+        valence = np.bincount(one.quads.ravel(), minlength=len(one.vertices))
+        inner = np.flatnonzero(valence[one.perimeter :] == DOUBLET) + one.perimeter
+        found += list(one.vertices[inner])
+        for k, key in enumerate(name_border_vertices(network, network.patches[patch])):
+            uses[key] = uses.get(key, 0) + int(valence[k])
+            points[key] = one.vertices[k]
+    for (number, along), quads in uses.items():
+        if quads > DOUBLET:
+            continue
+        around = (2 * number,) if along >= 0 else network.nodes[number].ends
+        if any(FACE in network.chains[half >> 1].marks for half in around):
+            continue
+        whole = all(is_closed(half) and is_closed(half ^ 1) for half in around)
+        seam = any(SYMMETRY in network.chains[half >> 1].marks for half in around)
+        if whole and quads * (2 if seam else 1) == DOUBLET:
+            found.append(points[number, along])
+    return np.array(found).reshape(-1, 3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

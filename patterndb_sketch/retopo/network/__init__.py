@@ -51,8 +51,8 @@ Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how a network is bu
 """
 
 from patterndb_sketch.retopo.network.attaching import Gap
-from patterndb_sketch.retopo.network.builder import AtChain, AtNode, End, Free, NetworkBuilder
-from patterndb_sketch.retopo.network.density import EVEN, BrushStroke, Density
+from patterndb_sketch.retopo.network.builder import AtChain, AtNode, Free, NetworkBuilder
+from patterndb_sketch.retopo.network.density import EVEN, Density, Paint
 from patterndb_sketch.retopo.network.edits import (
     Edit,
     add_borders,
@@ -71,12 +71,9 @@ from patterndb_sketch.retopo.network.faces import (
 )
 from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, are_equal, check_network
 from patterndb_sketch.retopo.network.patches import (
-    Enclosed,
     find_patches,
     is_end,
-    is_patch,
     measure_enclosed,
-    measure_loop,
     remove_patch,
     trace_outline,
 )
@@ -96,10 +93,6 @@ from patterndb_sketch.retopo.network.structure import (
     Network,
     Node,
     Patch,
-    backward,
-    chain_of,
-    forward,
-    twin,
 )
 
 __all__ = [
@@ -111,26 +104,22 @@ __all__ = [
     "AtChain",
     "AtNode",
     "BrokenNetworkError",
-    "BrushStroke",
     "Chain",
     "Density",
     "Edit",
-    "Enclosed",
-    "End",
     "Free",
     "Gap",
     "HalfChain",
     "Network",
     "NetworkBuilder",
     "Node",
+    "Paint",
     "Patch",
     "Samples",
     "add_borders",
     "add_chain",
     "add_loop",
     "are_equal",
-    "backward",
-    "chain_of",
     "check_network",
     "count_genus",
     "count_handles",
@@ -139,17 +128,13 @@ __all__ = [
     "find_nearest_place",
     "find_patches",
     "find_successor",
-    "forward",
     "has_dead_end",
     "is_end",
-    "is_patch",
     "measure_enclosed",
-    "measure_loop",
     "remove_patch",
     "set_choice",
     "set_count",
     "take_samples",
     "trace_outline",
-    "twin",
     "walk_face",
 ]

@@ -31,7 +31,7 @@ PIECE, FEW = 8, 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BrushStroke:
+class Paint:
     """What a brush was drawn along.
 
     starts, ends: (s, 3) float64, its segments; a click is one without length. normals: (s, 3) of
@@ -52,7 +52,7 @@ class BrushStroke:
             array.flags.writeable = False
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, BrushStroke) and self._content() == other._content()
+        return isinstance(other, Paint) and self._content() == other._content()
 
     def __hash__(self) -> int:
         return hash(self._content())
@@ -61,9 +61,9 @@ class BrushStroke:
         arrays = (self.starts, self.ends, self.normals)
         return (*(a.tobytes() for a in arrays), self.radius, self.factor, self.sets)
 
-    def joined(self, other: BrushStroke) -> BrushStroke:
+    def joined(self, other: Paint) -> Paint:
         """This brush along the lines of another, too."""
-        return BrushStroke(
+        return Paint(
             np.concatenate([self.starts, other.starts]),
             np.concatenate([self.ends, other.ends]),
             np.concatenate([self.normals, other.normals]),
@@ -111,18 +111,18 @@ class BrushStroke:
 class Density:
     """strokes: in the order in which they were painted."""
 
-    strokes: tuple[BrushStroke, ...] = ()
+    strokes: tuple[Paint, ...] = ()
 
     @cached_property
     def _boxes(self) -> NDArray[np.float64]:
         """(k, 2, 3) of the strokes."""
         return np.array([one.find_box() for one in self.strokes]).reshape(-1, 2, 3)
 
-    def painted(self, stroke: BrushStroke) -> Density:
+    def painted(self, stroke: Paint) -> Density:
         """With one more stroke."""
         return Density((*self.strokes, stroke))
 
-    def find_over(self, points: Points) -> list[BrushStroke]:
+    def find_over(self, points: Points) -> list[Paint]:
         """The strokes that may reach points (n, 3)."""
         return [self.strokes[k] for k in self._number_over(points)]
 

@@ -32,26 +32,6 @@ FACE = "face"
 MARKS = ("", BORDER, SYMMETRY, FACE)
 
 
-def twin(half: HalfChain) -> HalfChain:
-    """The same chain the other way."""
-    return half ^ 1
-
-
-def chain_of(half: HalfChain) -> int:
-    """The id of its chain."""
-    return half >> 1
-
-
-def forward(chain: int) -> HalfChain:
-    """The half-chain from a chain's start to its end."""
-    return 2 * chain
-
-
-def backward(chain: int) -> HalfChain:
-    """The half-chain from a chain's end to its start."""
-    return 2 * chain + 1
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Chain:
     """A curve from node to node, or a closed one without a node.

@@ -9,13 +9,12 @@ surface has by itself).
 from patterndb_sketch.retopo.symmetry.half import (
     Half,
     Plane,
-    SplitStroke,
     cut_half,
     refuse_beyond,
     split_stroke,
 )
 from patterndb_sketch.retopo.symmetry.images import MirroredMesh, end_symmetry, mirror_mesh
-from patterndb_sketch.retopo.symmetry.painting import mirror_density, mirror_stroke
+from patterndb_sketch.retopo.symmetry.painting import mirror_density, mirror_paint
 from patterndb_sketch.retopo.symmetry.proposal import (
     Proposal,
     format_share,
@@ -29,14 +28,13 @@ __all__ = [
     "MirroredMesh",
     "Plane",
     "Proposal",
-    "SplitStroke",
     "begin_symmetry",
     "cut_half",
     "end_symmetry",
     "format_share",
     "mirror_density",
     "mirror_mesh",
-    "mirror_stroke",
+    "mirror_paint",
     "propose_given",
     "propose_plane",
     "refuse_beyond",

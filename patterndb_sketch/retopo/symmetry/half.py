@@ -276,32 +276,13 @@ ALONG = 0.5
 SHORTEST = 2.0
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StrokePart:
-    """A part of a stroke on the half. on: is its start, and its end, on the plane?"""
+def split_stroke(stroke: SurfaceCurve, half: Half, sizes: Sizes) -> tuple[list[SurfaceCurve], int]:
+    """Split a stroke, cleaned on the whole surface, at the plane: its parts on the half, in order,
+    and how many parts beyond the plane are left out.
 
-    stroke: SurfaceCurve
-    on: tuple[bool, bool]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SplitStroke:
-    """What of a stroke is on the half.
-
-    parts: in order; a closed stroke that crosses the plane becomes open ones. beyond: how many
-    parts on the other side are left out. along: how many along the plane are.
-    """
-
-    parts: tuple[StrokePart, ...]
-    beyond: int
-    along: int
-
-
-def split_stroke(stroke: SurfaceCurve, half: Half, sizes: Sizes) -> SplitStroke:
-    """Split a stroke, cleaned on the whole surface, at the plane.
-
-    What is beyond the plane is dropped. Where it was cut it is exactly on the plane, as near as
-    floating point gets, and points nearer to it than ``half.near`` are moved there.
+    A closed stroke that crosses the plane becomes open parts. Where it was cut it is exactly on the
+    plane, as near as floating point gets, and points nearer to it than ``half.near`` are moved
+    there. Parts along the plane are left out.
     """
     line, up = stroke.points.copy(), stroke.normals
     height = measure_heights(half, line)
@@ -311,12 +292,12 @@ def split_stroke(stroke: SurfaceCurve, half: Half, sizes: Sizes) -> SplitStroke:
     if stroke.closed and places:
         bounds = [*places, places[0] + n]
     elif stroke.closed:
-        whole = StrokePart(replace(stroke, points=line), (False, False))
-        return SplitStroke((whole,) if (height > 0.0).any() else (), int((height < 0.0).any()), 0)
+        parts = [replace(stroke, points=line)] if (height > 0.0).any() else []
+        return parts, int((height < 0.0).any())
     else:
         bounds = sorted({0.0, *places, float(n - 1)})
-    parts: list[StrokePart] = []
-    beyond, along = 0, 0
+    parts: list[SurfaceCurve] = []
+    beyond = 0
     for begin, finish in pairwise(bounds):
         inner = np.arange(int(np.floor(begin)) + 1, int(np.ceil(finish)))
         points, normals = interpolate_places(line, up, np.concatenate([[begin], inner, [finish]]))
@@ -324,21 +305,19 @@ def split_stroke(stroke: SurfaceCurve, half: Half, sizes: Sizes) -> SplitStroke:
             if stroke.closed or place in places:
                 points[k] = half.plane.flatten(points[k][None])[0]
         there = measure_heights(half, points)
-        on = bool(there[0] == 0.0), bool(there[-1] == 0.0)
         if there.min() < 0.0:
             beyond += 1
-        elif _is_along_plane(points, there.max(), on, sizes):
-            along += 1
-        else:
-            parts.append(StrokePart(SurfaceCurve(points, normals, False, stroke.missed), on))
-    return SplitStroke(tuple(parts), beyond, along)
+        elif not _is_along_plane(points, there, sizes):
+            parts.append(SurfaceCurve(points, normals, False, stroke.missed))
+    return parts, beyond
 
 
-def _is_along_plane(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) -> bool:
+def _is_along_plane(points: Points, height: NDArray[np.float64], sizes: Sizes) -> bool:
     """Is a part along the plane, or what is left of an end that touched it?"""
-    if all(on) and highest <= ALONG * sizes.snap:
+    on = height[[0, -1]] == 0.0
+    if on.all() and height.max() <= ALONG * sizes.snap:
         return True
-    return any(on) and float(arc_length(points)[-1]) < SHORTEST * sizes.sampling
+    return bool(on.any()) and float(arc_length(points)[-1]) < SHORTEST * sizes.sampling
 
 
 def refuse_beyond(stroke: SurfaceCurve, half: Half, what: str) -> None:

@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import KDTree
 
-from patterndb_sketch.retopo.network import BrushStroke, Density
+from patterndb_sketch.retopo.network import Density, Paint
 from patterndb_sketch.retopo.symmetry.half import Plane
 
 #: An image that is this near to a line of the brush, in its radii, is that line.
 SAME = 1e-9
 
 
-def mirror_stroke(stroke: BrushStroke, plane: Plane) -> BrushStroke:
+def mirror_paint(stroke: Paint, plane: Plane) -> Paint:
     """A brush stroke along its lines and their images, each once.
 
     One stroke, not two: where both sides of it overlap, at the plane, it has its effect once.
@@ -41,4 +41,4 @@ def mirror_density(density: Density, plane: Plane) -> Density:
     """The density with all its strokes on both sides."""
     if not density.strokes:
         return density
-    return Density(tuple(mirror_stroke(one, plane) for one in density.strokes))
+    return Density(tuple(mirror_paint(one, plane) for one in density.strokes))

@@ -6,7 +6,7 @@ and the one that is taken back into the network.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,43 +20,23 @@ from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
+    PlannedPatch,
     SurfaceBoundary,
     close_patch,
     find_boundaries,
     has_short_stretch,
-    lift_to_surface,
     map_boundaries,
     measure_coarseness,
     sample_line,
 )
 from patterndb_sketch.retopo.tools.planar import find_fault
-from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggest_patches
-from patterndb_sketch.retopo.tracing import LocalMap, MapExtent, spread_map
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Completion:
-    """A suggested patch on the surface, for the network that it was made for."""
-
-    suggestion: Suggestion
-    edges: tuple[SurfaceBoundary, ...]
-    onto: LocalMap
-
-    def curves(self, sizes: Sizes) -> list[Points]:
-        """Its new curves on the surface, each (m, 3)."""
-        return [
-            lift_to_surface(self.onto, sample_line(line, sizes.sampling))[0]
-            for line in self.suggestion.patch.curves
-        ]
-
-    def corners(self) -> Points:
-        """(k, 3) its corners on the surface."""
-        return lift_to_surface(self.onto, self.suggestion.patch.points)[0]
+from patterndb_sketch.retopo.tools.suggestions import suggest_patches
+from patterndb_sketch.retopo.tracing import MapExtent, spread_map
 
 
 def find_completions(
     network: Network, surface: Surface, point: ArrayLike, normal: ArrayLike, sizes: Sizes
-) -> list[Completion]:
+) -> list[PlannedPatch]:
     """What can be closed around a point of the surface: the largest quad first, then smaller
     ones, then triangles; nothing where no boundary is within the brush with its empty side towards
     the point, or within the snap radius.
@@ -80,7 +60,7 @@ def find_completions(
     if not np.linalg.norm(ahead) > 0.0:
         return []
 
-    def find_within(window: MapExtent) -> list[Completion]:
+    def find_within(window: MapExtent) -> list[PlannedPatch]:
         onto = spread_map(surface, foot, ahead, window)
         boundaries, strokes = map_boundaries(network, edges, onto)
 
@@ -89,7 +69,7 @@ def find_completions(
 
         found = suggest_patches(boundaries, radius, snap, covered=covered)
         return [
-            Completion(one, tuple(edges), onto)
+            PlannedPatch(one.patch, tuple(edges), onto, one.case)
             for one in found
             if not has_short_stretch(one.patch)
             and find_fault(one.patch, [*boundaries, *strokes]) is None
@@ -98,13 +78,6 @@ def find_completions(
     window = MapExtent.completion(radius)
     # Where triangles are coarse the usual extent has hardly one of them whole.
     return find_within(window) or find_within(window.widen(measure_coarseness(surface, foot)))
-
-
-def take_completion(network: Network, completion: Completion, sizes: Sizes) -> Edit:
-    """The network with a suggested patch; it must be the one that the suggestion was made for."""
-    return close_patch(
-        network, completion.suggestion.patch, completion.edges, completion.onto, sizes
-    )
 
 
 def autocomplete(
@@ -129,7 +102,7 @@ def autocomplete(
         raise RefusedError(
             f"there is no suggestion {choice} here; there are {len(found)}, from 0 on"
         )
-    return take_completion(network, found[choice], sizes)
+    return close_patch(network, found[choice], sizes)
 
 
 def _nearest(

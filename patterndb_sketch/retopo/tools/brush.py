@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
-from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.polyline import arc_length, find_nearest_on
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import Argument, Number, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
@@ -166,13 +166,10 @@ def _list_neighbours(mesh: RetopoMesh) -> tuple[NDArray[np.int64], NDArray[np.in
 
 def _find_on_chain(line: Chain, point: Points) -> tuple[Points, Points]:
     """The point of a chain nearest to a point (3,), and the normal there."""
-    one, along = line.points[:-1], np.diff(line.points, axis=0)
-    size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
-    share = np.clip(((point - one) * along).sum(axis=1) / size, 0.0, 1.0)
-    at = one + share[:, None] * along
-    k = int(np.linalg.norm(at - point, axis=1).argmin())
-    up = (1.0 - share[k]) * line.normals[k] + share[k] * line.normals[k + 1]
-    return at[k], units(up[None])[0]
+    _, k, share = find_nearest_on(line.points, point)
+    at = line.points[k] + share * (line.points[k + 1] - line.points[k])
+    up = (1.0 - share) * line.normals[k] + share * line.normals[k + 1]
+    return at, units(up[None])[0]
 
 
 #: A vertex that moves by less than this part of the surface's diagonal stays: it is at rest.

@@ -42,20 +42,45 @@ from patterndb_sketch.retopo.tracing import LocalMap
 BEYOND = 0.4
 
 
-def close_patch(
-    network: Network,
-    patch: PlanarPatch,
-    edges: Sequence[SurfaceBoundary],
-    onto: LocalMap,
-    sizes: Sizes,
-) -> Edit:
-    """The network with a planar patch's curves, and with the patch.
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedPatch:
+    """A patch that is planned, for the network that it was planned for: what a preview shows.
 
     edges: the boundaries that the patch's numbers mean. onto: the map that it is in the plane of.
+    case:  of what was suggested, its letter; see
+           :class:`~patterndb_sketch.retopo.tools.suggestions.Suggestion`.
+    """
+
+    patch: PlanarPatch
+    edges: tuple[SurfaceBoundary, ...]
+    onto: LocalMap
+    case: str = ""
+
+    def is_on_surface(self, sizes: Sizes) -> bool:
+        """Does its map have surface under all of its new curves?"""
+        lines = (sample_line(line, sizes.sampling) for line in self.patch.curves)
+        return all(self.onto.at(line)[1].all() for line in lines)
+
+    def curves(self, sizes: Sizes) -> list[Points]:
+        """Its new curves on the surface, each (m, 3)."""
+        return [
+            lift_to_surface(self.onto, sample_line(line, sizes.sampling))[0]
+            for line in self.patch.curves
+        ]
+
+    def corners(self) -> Points:
+        """(k, 3) its corners on the surface."""
+        return lift_to_surface(self.onto, self.patch.points)[0]
+
+
+def close_patch(network: Network, planned: PlannedPatch, sizes: Sizes) -> Edit:
+    """The network with a planned patch's curves, and with the patch.
+
     The patch's corners are corners of it alone: where new curves meet a boundary those behind
     have T-junctions, and nodes within its sides are T-junctions for it.
     Raises RefusedError if a new curve leaves the map, or the loop does not close.
     """
+    patch, edges, onto = planned.patch, planned.edges, planned.onto
     builder = NetworkBuilder(network)
     parts = _list_parts(patch)
     if has_short_stretch(patch):

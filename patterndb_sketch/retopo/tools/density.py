@@ -20,9 +20,9 @@ from patterndb_sketch.retopo.arguments import (
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import choose_counts
 from patterndb_sketch.retopo.filling.fills import filling_of
-from patterndb_sketch.retopo.network import EVEN, BrushStroke, Density, Edit, Network
+from patterndb_sketch.retopo.network import EVEN, Density, Edit, Network, Paint
 from patterndb_sketch.retopo.network.density import MOST
-from patterndb_sketch.retopo.symmetry import mirror_stroke
+from patterndb_sketch.retopo.symmetry import mirror_paint
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tracing import SurfaceCurve
 
@@ -38,9 +38,7 @@ CHANGED = 1e-3
 HOW = ("finer", "coarser", "even")
 
 
-def make_brush_stroke(
-    stroke: SurfaceCurve, radius: float, factor: float, *, sets: bool = False
-) -> BrushStroke:
+def make_paint(stroke: SurfaceCurve, radius: float, factor: float, *, sets: bool = False) -> Paint:
     """A brush stroke along a line on the surface, of points no nearer than its radius asks for."""
     points, normals = stroke.points, stroke.normals
     if stroke.closed:
@@ -51,9 +49,7 @@ def make_brush_stroke(
     points, normals = points[keep], normals[keep]
     if len(points) == 1:
         points, normals = np.repeat(points, 2, axis=0), np.repeat(normals, 2, axis=0)
-    return BrushStroke(
-        points[:-1].copy(), points[1:].copy(), normals[:-1].copy(), radius, factor, sets
-    )
+    return Paint(points[:-1].copy(), points[1:].copy(), normals[:-1].copy(), radius, factor, sets)
 
 
 def paint_density(network: Network, edge: float, density: Density) -> Edit:
@@ -105,9 +101,9 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if a["radius"] is not None:
         radius = work.check_length("density: radius", a["radius"])
     factor = {"finer": a["times"], "coarser": 1.0 / a["times"], "even": 1.0}[a["how"]]
-    stroke = make_brush_stroke(_draw(work, a), radius, factor, sets=a["how"] == "even")
+    stroke = make_paint(_draw(work, a), radius, factor, sets=a["how"] == "even")
     if work.half is not None:
-        stroke = mirror_stroke(stroke, work.half.plane)
+        stroke = mirror_paint(stroke, work.half.plane)
     return work.keep_edit(paint_density(network, edge, painted.painted(stroke)))
 
 

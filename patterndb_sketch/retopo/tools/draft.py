@@ -35,10 +35,9 @@ from patterndb_sketch.retopo.draft.task import (
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
-from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.symmetry.half import Half
-from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.tool import Control, Result, State, Tool, ToolWork
 from patterndb_sketch.retopo.wording import count_places, format_place, round_down, round_up
 
 #: Edges of a draft, in parts of the surface's diagonal, are no longer: they would leave no shape.

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from numpy.typing import ArrayLike
-
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import NEAR_CURVE
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.builder import NetworkBuilder
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.samples import find_nearest_place, take_samples
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -24,19 +21,6 @@ ROUNDS = 25
 
 #: Fewest points of an open chain and of a closed one.
 FEWEST_OPEN, FEWEST_CLOSED = 5, 3
-
-
-def smooth_nearest(
-    network: Network, surface: Surface, sizes: Sizes, point: ArrayLike, normal: ArrayLike
-) -> Edit:
-    """Smooth the chain nearest to a point within the snap radius; see :func:`smooth_chain`.
-
-    point, normal: (3,) on the surface. Raises RefusedError if none is near, and as that does.
-    """
-    place = find_nearest_place(take_samples(network), point, normal, sizes.snap)
-    if place is None:
-        raise RefusedError("no curve is near: press closer to one")
-    return smooth_chain(network, surface, sizes, place.chain)
 
 
 def smooth_chain(network: Network, surface: Surface, sizes: Sizes, chain: int) -> Edit:
@@ -65,12 +49,8 @@ def smooth_chain(network: Network, surface: Surface, sizes: Sizes, chain: int) -
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    foot = work.find_foot(a["at"])
-    return work.keep_edit(
-        smooth_nearest(
-            work.network, work.surface, work.state.sizes, foot.points[0], foot.normals[0]
-        )
-    )
+    chain = work.find_chain(a["at"])
+    return work.keep_edit(smooth_chain(work.network, work.surface, work.state.sizes, chain))
 
 
 SMOOTH = Tool(

@@ -25,13 +25,11 @@ from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
-    SurfaceBoundary,
+    PlannedPatch,
     close_patch,
     find_boundaries,
-    lift_to_surface,
     map_boundaries,
     measure_coarseness,
-    sample_line,
 )
 from patterndb_sketch.retopo.tools.planar import (
     NewSide,
@@ -43,31 +41,10 @@ from patterndb_sketch.retopo.tools.planar import (
     find_fault,
     make_line,
 )
-from patterndb_sketch.retopo.tracing import LocalMap, MapExtent, SurfaceCurve, spread_map
+from patterndb_sketch.retopo.tracing import MapExtent, SurfaceCurve, spread_map
 
 #: Points that a spine's stroke must have: fewer have no direction in the middle.
 FEWEST_POINTS = 3
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SpinePatch:
-    """A patch about a stroke before it is in the network: what a preview shows."""
-
-    patch: PlanarPatch
-    edges: tuple[SurfaceBoundary, ...]
-    onto: LocalMap
-
-    def is_on_surface(self, sizes: Sizes) -> bool:
-        """Does its map have surface under all of its new curves?"""
-        lines = (sample_line(line, sizes.sampling) for line in self.patch.curves)
-        return all(self.onto.at(line)[1].all() for line in lines)
-
-    def curves(self, sizes: Sizes) -> list[Points]:
-        """Its new curves on the surface, each (m, 3)."""
-        return [
-            lift_to_surface(self.onto, sample_line(line, sizes.sampling))[0]
-            for line in self.patch.curves
-        ]
 
 
 def draw_spine(network: Network, surface: Surface, stroke: SurfaceCurve, sizes: Sizes) -> Edit:
@@ -79,13 +56,12 @@ def draw_spine(network: Network, surface: Surface, stroke: SurfaceCurve, sizes: 
 
     Source: sketch-based quad meshes paper, section 4, and section 5 on its parameterisation.
     """
-    found = preview_spine(network, surface, stroke, sizes)
-    return close_patch(network, found.patch, found.edges, found.onto, sizes)
+    return close_patch(network, preview_spine(network, surface, stroke, sizes), sizes)
 
 
 def preview_spine(
     network: Network, surface: Surface, stroke: SurfaceCurve, sizes: Sizes
-) -> SpinePatch:
+) -> PlannedPatch:
     """The patch that :func:`draw_spine` would make; raises as that does."""
     if stroke.closed:
         raise RefusedError("a spine has two ends; this stroke is closed")
@@ -101,14 +77,14 @@ def preview_spine(
     along = np.gradient(stroke.points, axis=0)
     edges = find_boundaries(network)
 
-    def plan_within(window: MapExtent) -> SpinePatch:
+    def plan_within(window: MapExtent) -> PlannedPatch:
         onto = spread_map(surface, seeds, along, window)
         boundaries, strokes = map_boundaries(network, edges, onto)
         patch = plan_spine(boundaries, length, width, snap)
         wrong = find_fault(patch, [*boundaries, *strokes])
         if wrong is not None:
             raise RefusedError(f"the spine's patch would {wrong}; erase that, or draw elsewhere")
-        return SpinePatch(patch, tuple(edges), onto)
+        return PlannedPatch(patch, tuple(edges), onto)
 
     window = MapExtent.spine(width, length)
     found = plan_within(window)

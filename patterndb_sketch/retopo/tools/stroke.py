@@ -33,7 +33,7 @@ from patterndb_sketch.retopo.network.samples import (
 )
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.symmetry.half import Half, StrokePart, measure_heights, split_stroke
+from patterndb_sketch.retopo.symmetry.half import Half, measure_heights, split_stroke
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.erase import erase_chains
 from patterndb_sketch.retopo.tracing import SurfaceCurve
@@ -187,21 +187,20 @@ def insert_stroke_on_half(
     :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` for the rest. Raises RefusedError
     if nothing of it is on the half.
     """
-    split = split_stroke(stroke, half, sizes)
-    if not split.parts:
+    parts, beyond = split_stroke(stroke, half, sizes)
+    if not parts:
         raise RefusedError(
             "the stroke lies on the other side of the plane of symmetry, or along it; draw it "
             "on the side that is worked on"
         )
     notes: list[str] = []
-    if split.beyond:
-        notes.append(f"{split.beyond} parts of the stroke beyond the plane are left out")
+    if beyond:
+        notes.append(f"{beyond} parts of the stroke beyond the plane are left out")
     after = network
-    for part in split.parts:
-        ends: list[End | None] = [
-            _find_on_seam(after, part, k, sizes) if part.on[k] else None for k in (0, 1)
-        ]
-        edit = insert_stroke(after, half.surface, sizes, part.stroke, ends[0], ends[1], smooth)
+    for part in parts:
+        on = (measure_heights(half, part.points[[0, -1]]) == 0.0) & (not part.closed)
+        ends = [_find_on_seam(after, part, k, sizes) if on[k] else None for k in (0, 1)]
+        edit = insert_stroke(after, half.surface, sizes, part, ends[0], ends[1], smooth)
         after = _erase_level(edit.network, edit.chains, half, sizes)
         notes += [note for note in edit.notes if note not in notes]
     return Edit.of(network, after, notes)
@@ -220,9 +219,9 @@ def _erase_level(network: Network, chains: tuple[int, ...], half: Half, sizes: S
     return erase_chains(network, level).network if level else network
 
 
-def _find_on_seam(network: Network, part: StrokePart, k: int, sizes: Sizes) -> End | None:
+def _find_on_seam(network: Network, part: SurfaceCurve, k: int, sizes: Sizes) -> End | None:
     """Where a part's start (0) or end (1) joins the seam."""
-    point, normal = part.stroke.points[-k], part.stroke.normals[-k]
+    point, normal = part.points[-k], part.normals[-k]
     seam = {c: chain for c, chain in network.chains.items() if SYMMETRY in chain.marks}
     nodes = sorted({node for chain in seam.values() for node in (chain.start, chain.end)} - {-1})
     near = [

@@ -30,7 +30,7 @@ from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.network import Network, are_equal
-from patterndb_sketch.retopo.state import State
+from patterndb_sketch.retopo.tool import State
 from query.engine import PatternSource
 from tests.support.retopo.editors import SIZES, do, drawn_grid, line
 from tests.support.retopo.networks import plane

@@ -12,10 +12,9 @@ import pytest
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.refitting import claim_curves
-from patterndb_sketch.retopo.editor import Call, Retopology
+from patterndb_sketch.retopo.editor import Call, Retopology, find_new_leaps
 from patterndb_sketch.retopo.filling import FilledNetwork, find_open_edges
-from patterndb_sketch.retopo.filling.doublets import find_doublets
-from patterndb_sketch.retopo.flaws import find_new_leaps
+from patterndb_sketch.retopo.filling.mesh import find_doublets
 from patterndb_sketch.retopo.script import line_of, play_script, script_of
 from patterndb_sketch.retopo.wording import format_place, list_places
 from query.engine import PatternSource

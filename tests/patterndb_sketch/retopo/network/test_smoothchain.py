@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.network import (
     set_count,
 )
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.smooth import smooth_chain, smooth_nearest
+from patterndb_sketch.retopo.tools.smooth import smooth_chain
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
 from patterndb_sketch.retopo.tracing import clean_stroke
 from tests.support.retopo.networks import SIZES, chain_between, drawn, flat, plane, sphere, square
@@ -53,13 +53,13 @@ def test_a_closed_curve_on_a_plane_keeps_its_middle_and_gets_no_rougher(seed: in
 def test_a_straight_line_stays_and_a_jittered_one_gets_nearer_to_it() -> None:
     line = drawn([[0, 0], [1, 0]])
     (chain,) = line.chains.values()
-    done = smooth_nearest(line, plane(), SIZES, (0.5, 0.05, 0), UP).network
+    done = smooth_chain(line, plane(), SIZES, chain.id).network
     assert np.allclose(done.chains[chain.id].points, chain.points, atol=1e-12)
     rng = np.random.default_rng(1)
     points = chain.points.copy()
     points[1:-1, 1] += rng.normal(0.0, 0.01, len(points) - 2)
     rough, at = add_chain(Network(), points, chain.normals)
-    done = smooth_nearest(rough, plane(), SIZES, (0.5, 0.05, 0), UP)
+    done = smooth_chain(rough, plane(), SIZES, at)
     after = done.network.chains[at]
     assert (after.points[[0, -1]] == points[[0, -1]]).all()
     assert np.abs(after.points[:, 1]).max() < 0.5 * np.abs(points[:, 1]).max()
@@ -99,13 +99,12 @@ def test_on_a_sphere_it_stays_on_the_surface() -> None:
 
 
 def test_what_cannot_be_smoothed_is_refused() -> None:
-    with pytest.raises(RefusedError, match="no curve is near"):
-        smooth_nearest(square(), plane(), SIZES, (3, 3, 0), UP)
     with pytest.raises(InvalidRetopoError, match="no chain 999"):
         smooth_chain(square(), plane(), SIZES, 999)
     bordered = add_borders(Network(), plane(), 0.02)
+    (border,) = bordered.chains
     with pytest.raises(RefusedError, match="border"):
-        smooth_nearest(bordered, plane(), SIZES, (5, 0, 0), UP)
+        smooth_chain(bordered, plane(), SIZES, border)
     short, chain = add_chain(Network(), [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [UP] * 3)
     with pytest.raises(RefusedError, match="fewer than 5"):
         smooth_chain(short, plane(), SIZES, chain)

@@ -18,9 +18,8 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import (
     autocomplete,
     find_completions,
-    take_completion,
 )
-from patterndb_sketch.retopo.tools.closing import find_boundaries
+from patterndb_sketch.retopo.tools.closing import close_patch, find_boundaries
 from tests.support.retopo.boundaries import same_corners
 from tests.support.retopo.planes import SIZES, corners_of, plane_surface, polygons
 from tests.support.shared import EXAMPLES
@@ -57,9 +56,9 @@ def test_a_suggestion_becomes_a_patch(
 ) -> None:
     before = polygons(*drawn)
     found = find_completions(before, plane_surface(), (*cursor, 0.0), UP, SIZES)
-    assert found[0].suggestion.case == case
+    assert found[0].case == case
     assert len(found[0].curves(SIZES)) == curves
-    edit = take_completion(before, found[0], SIZES)
+    edit = close_patch(before, found[0], SIZES)
     check_network(edit.network)
     assert len(edit.network.patches) == len(before.patches) + 1
     assert any(
@@ -126,7 +125,7 @@ def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> No
 def test_all_choices_make_sound_networks() -> None:
     network = polygons(LOW, ROOF)
     for one in find_completions(network, plane_surface(), (0.4, 0.1, 0.0), UP, SIZES):
-        edit = take_completion(network, one, SIZES)
+        edit = close_patch(network, one, SIZES)
         check_network(edit.network)
         assert len(edit.network.patches) == 3
 
@@ -167,7 +166,7 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
         foot = surface.nearest((edge.points[k] + 0.3 * sizes.snap * aside)[None])
         found = find_completions(network, surface, foot.points[0], foot.normals[0], sizes)
         assert found, edge.points[k]
-        edit = take_completion(network, found[0], sizes)
+        edit = close_patch(network, found[0], sizes)
         check_network(edit.network)
         assert len(edit.network.patches) == 2
 
@@ -222,7 +221,7 @@ def test_something_can_be_closed_beside_every_straight_side(surface: str, side: 
                         continue
                     found = find_completions(network, on, point, normal, sizes)
                     assert found, f"{share} radii beside {line[12]}"
-                    check_network(take_completion(network, found[0], sizes).network)
+                    check_network(close_patch(network, found[0], sizes).network)
                     asked += 1
     assert asked > 10
 

@@ -15,10 +15,10 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths
-from patterndb_sketch.retopo.network import EVEN, BrushStroke, Chain, Density
+from patterndb_sketch.retopo.network import EVEN, Chain, Density, Paint
 from patterndb_sketch.retopo.network.density import LEAST, MOST
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession
-from patterndb_sketch.retopo.symmetry import Plane, mirror_density, mirror_stroke
+from patterndb_sketch.retopo.symmetry import Plane, mirror_density, mirror_paint
 from patterndb_sketch.retopo.tools.insertloop import find_edge_at
 from query.engine import PatternSource
 from tests.support.retopo.editors import (
@@ -38,9 +38,9 @@ Z = np.array([[0.0, 0.0, 1.0]])
 
 def dab(
     x: float, y: float, radius: float = 1.0, factor: float = 2.0, *, sets: bool = False
-) -> BrushStroke:
+) -> Paint:
     at = np.array([[x, y, 0.0]])
-    return BrushStroke(at, at.copy(), Z.copy(), radius, factor, sets)
+    return Paint(at, at.copy(), Z.copy(), radius, factor, sets)
 
 
 def density_at(density: Density, *places: tuple[float, float]) -> list[float]:
@@ -50,9 +50,7 @@ def density_at(density: Density, *places: tuple[float, float]) -> list[float]:
 
 class TestDensity:
     def test_it_falls_evenly_from_the_line_to_the_radius(self) -> None:
-        stroke = BrushStroke(
-            np.array([[0.0, 0.0, 0.0]]), np.array([[2.0, 0.0, 0.0]]), Z.copy(), 0.5, 4.0
-        )
+        stroke = Paint(np.array([[0.0, 0.0, 0.0]]), np.array([[2.0, 0.0, 0.0]]), Z.copy(), 0.5, 4.0)
         places = [(0.0, 0.0), (1.3, 0.0), (1.0, 0.25), (1.0, 0.5), (2.5, 0.0), (2.25, 0.0)]
         found = density_at(EVEN.painted(stroke), *places)
         assert found == pytest.approx([4.0, 4.0, 2.0, 1.0, 1.0, 2.0])
@@ -278,10 +276,10 @@ class TestSymmetry:
     ) -> None:
         points = np.array([[x, y, 0.0] for x, y in places])
         up = np.repeat(Z, len(points) - 1, axis=0)
-        stroke = BrushStroke(points[:-1].copy(), points[1:].copy(), up, 0.5, 2.0)
+        stroke = Paint(points[:-1].copy(), points[1:].copy(), up, 0.5, 2.0)
         plane = Plane.of([0.1, 0.0, 0.0], [math.cos(angle), math.sin(angle), 0.0])
-        once = mirror_stroke(stroke, plane)
-        assert mirror_stroke(once, plane) == once
+        once = mirror_paint(stroke, plane)
+        assert mirror_paint(once, plane) == once
 
     def test_while_it_is_on_and_after(self, source: PatternSource) -> None:
         editor = drawn_octants(source)
@@ -353,11 +351,11 @@ def test_a_long_stroke_is_as_strong_as_the_strongest_of_its_segments(count: int)
     rng = np.random.default_rng(count)
     way = np.cumsum(rng.normal(size=(61, 3)) * 0.05, axis=0)
     normals = rng.normal(size=(60, 3))
-    whole = BrushStroke(way[:-1].copy(), way[1:].copy(), normals, 0.1, 2.0)
+    whole = Paint(way[:-1].copy(), way[1:].copy(), normals, 0.1, 2.0)
     points, up = way[rng.integers(61, size=count)], rng.normal(size=(count, 3))
     points = points + rng.normal(size=(count, 3)) * 0.05
     alone = [
-        BrushStroke(way[k : k + 1].copy(), way[k + 1 : k + 2].copy(), normals[k : k + 1].copy(),
+        Paint(way[k : k + 1].copy(), way[k + 1 : k + 2].copy(), normals[k : k + 1].copy(),
                     0.1, 2.0).weigh(points, up)
         for k in range(60)
     ]  # fmt: skip
