@@ -1,4 +1,4 @@
-"""SurfaceOptions of the documentation site, which scripts/build_site.py builds (make site)."""
+"""SurfaceRequest of the documentation site, which scripts/build_site.py builds (make site)."""
 
 project = "patterndb"
 author = "the patterndb contributors"

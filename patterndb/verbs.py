@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from patterndb.core.polygonmesh import PolygonMesh
     from patterndb.geometry.surface import Surface
     from patterndb.store import Database, LearningOptions
-    from patterndb_sketch.curvenetwork.network import CurveNetwork
-    from patterndb_sketch.surfacing import FoundCycles, Surfacing
+    from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
+    from patterndb_sketch.surfacing import FoundCycles, SurfaceRequest, Surfacing
     from query.boundary import Boundary
     from query.engine import PatternSource
     from query.fill import Fill
@@ -193,17 +193,26 @@ class NetworkVerbs:
 
         return find_cycles(cast("CurveNetwork", self))
 
-    def surface(self, **options: Any) -> Surfacing:
+    def surface(
+        self,
+        request: SurfaceRequest | None = None,
+        *,
+        cycles: Sequence[Cycle] | None = None,
+        db: PatternSource | None = None,
+        **options: Any,
+    ) -> Surfacing:
         """Return the surface of the network: of its own cycles, or, where it has none, of those
         that are found.
 
-        options: of :func:`patterndb_sketch.surfacing.surface`, which says what it raises.
+        request, options: see :class:`patterndb_sketch.surfacing.SurfaceRequest`; options are its
+        entries, alone or in place of those of a request. cycles, db: see
+        :func:`patterndb_sketch.surfacing.surface`, also for what it raises.
 
-        Example: ``read_network("chair.obj").surface().mesh()``
+        Example: ``read_network("chair.obj").surface(fair=True).mesh()``
         """
         from patterndb_sketch.surfacing import surface
 
         network = cast("CurveNetwork", self)
-        if not network.cycles and options.get("cycles") is None:
-            options["cycles"] = self.find_cycles().cycles
-        return surface(network, **options)
+        if not network.cycles and cycles is None:
+            cycles = self.find_cycles().cycles
+        return surface(network, cycles, request, db=db, **options)

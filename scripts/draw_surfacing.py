@@ -27,7 +27,7 @@ from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
-from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.methods import SurfaceRequest
 from patterndb_sketch.surfacing.networkfile import read_drawing
 from patterndb_sketch.surfacing.sampling import Loop
 from viewer.picture import save_drawn
@@ -219,9 +219,11 @@ def drag(state: SurfacingState, places: Sequence[tuple[float, float]]) -> None:
 def quads(place: Place) -> None:
     """The trebol in quads beside its chords."""
     drawing = place.curves("salvi/trebol_network.json")
-    chords, _ = picture(drawing, (620, 600), settings=SurfaceOptions("chords"), caption="chords")
+    chords, _ = picture(
+        drawing, (620, 600), settings=SurfaceRequest(method="chords"), caption="chords"
+    )
     filled, _ = picture(
-        drawing, (620, 600), settings=SurfaceOptions("quads"), spacing=1.35, db=place.db,
+        drawing, (620, 600), settings=SurfaceRequest(method="quads"), spacing=1.35, db=place.db,
         keys="e", caption="quads",
     )  # fmt: skip
     place.save("quads", [chords, filled])
@@ -233,7 +235,7 @@ def ribbon(place: Place) -> None:
 
     network = network_of_loop(twisted(500.0).loop)
     shown = [
-        picture(network, (900, 210), settings=SurfaceOptions("chords", alpha=alpha),
+        picture(network, (900, 210), settings=SurfaceRequest(method="chords", alpha=alpha),
                 caption=f"α = {alpha:g}", spacing=0.1,
                 toward=(0.25, -1.0, 0.55), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
@@ -247,7 +249,7 @@ def ramp(place: Place) -> None:
 
     network = network_of_loop(helix(2).loop)
     shown = [
-        picture(network, (400, 400), settings=SurfaceOptions("chords", alpha=alpha),
+        picture(network, (400, 400), settings=SurfaceRequest(method="chords", alpha=alpha),
                 caption=f"α = {alpha:g}", spacing=0.07,
                 toward=(0.6, -1.0, 0.75), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
@@ -298,7 +300,7 @@ def fair(place: Place) -> None:
     )
     sphere = CurveNetwork(curves, at / np.sqrt(3.0), cycles)
     shown = [
-        picture(source, (460, 380), settings=SurfaceOptions(fair=faired), caption=name)[0]
+        picture(source, (460, 380), settings=SurfaceRequest(fair=faired), caption=name)[0]
         for source in (sphere, place.curves("salvi/trebol_network.json"))
         for faired, name in ((False, "each by itself"), (True, "faired"))
     ]

@@ -27,7 +27,7 @@ from scipy.interpolate import make_interp_spline
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
-from patterndb_sketch.surfacing import SurfaceOptions, surface
+from patterndb_sketch.surfacing import surface
 from query.placing import Surface
 from tests.support.surfacing.surfacedistance import distance
 
@@ -135,7 +135,7 @@ def measure(net: Points, splined: bool) -> list[float]:
     truth = triangulate(net)
     row: list[float] = []
     for fair in (False, True):
-        made = surface(network, options=SurfaceOptions(fair=fair))
+        made = surface(network, fair=fair)
         far = (
             distance(Surface.from_arrays(made.points, made.triangles), truth).mean
             / network.diagonal

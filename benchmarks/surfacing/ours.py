@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 
@@ -9,13 +10,13 @@ import numpy as np
 from filling import Filling
 
 from patterndb_sketch.surfacing.chords import ALPHA, AREA_PRICE, decompose
-from patterndb_sketch.surfacing.methods import SurfaceOptions, make_smooth
+from patterndb_sketch.surfacing.methods import SurfaceRequest, make_smooth
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 
 def chords(
-    loop: Loop, spacing: float, alpha: float = ALPHA, area_price: float | None = AREA_PRICE
+    loop: Loop, spacing: float, alpha: float = ALPHA, area_price: float = AREA_PRICE
 ) -> Filling:
     """Cut along chords that are worth the area they add, every piece relaxed.
 
@@ -36,7 +37,7 @@ def chords(
 
 def any_chords(loop: Loop, spacing: float) -> Filling:
     """Cut along chords whatever area they add: the paper's way."""
-    return chords(loop, spacing, area_price=None)
+    return chords(loop, spacing, area_price=math.inf)
 
 
 def whole(loop: Loop, spacing: float) -> Filling:
@@ -58,7 +59,7 @@ def area(loop: Loop, spacing: float) -> Filling:
 def smooth(loop: Loop, spacing: float) -> Filling:
     """Lay a grid of near parallelograms into the loop; where it crosses itself, chords."""
     started = time.process_time()
-    made = make_smooth(loop, SurfaceOptions(), spacing, None)
+    made = make_smooth(loop, SurfaceRequest(), spacing, None)
     seconds = time.process_time() - started
     points = np.r_[loop.points, made.points]
     return Filling(points, np.concatenate(made.faces), seconds, made.note)

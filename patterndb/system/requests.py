@@ -11,7 +11,7 @@ import numbers
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, ClassVar, Literal, TypeVar, cast, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, cast, get_args, get_origin
 
 import msgspec
 from msgspec import Meta, ValidationError
@@ -54,6 +54,7 @@ class OptionText:
     hint: the end of the message about an invalid value.
     section: the part of a command's help that it belongs to.
     constant: the value that a flag of the command line stands for; None for other options.
+    default: what is taken where it is left out, if that is not a value that can be written.
     """
 
     help: str
@@ -62,24 +63,15 @@ class OptionText:
     hint: str = ""
     section: str = ""
     constant: object = None
+    default: str = ""
 
 
-def option(
-    help: str,
-    *,
-    flag: str = "",
-    metavar: str = "",
-    hint: str = "",
-    section: str = "",
-    constant: object = None,
-    rule: object = None,
-) -> Meta:
-    """Annotate a field of a request as an option; see :class:`OptionText`.
+def option(help: str, *, rule: object = None, **text: Any) -> Meta:
+    """Annotate a field of a request as an option; text: see :class:`OptionText`.
 
     rule: what the option means to those that answer the request, kept as :attr:`Option.rule`.
     """
-    text = OptionText(help, flag, metavar, hint, section, constant)
-    return Meta(extra={"text": text, "rule": rule})
+    return Meta(extra={"text": OptionText(help, **text), "rule": rule})
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +79,8 @@ class Option:
     """An option of a request.
 
     name: the field's. annotation: the type that the field is declared with.
-    type: the same as msgspec inspects it, without descriptions and None.
+    type: the same as msgspec inspects it, without descriptions and None; where words or a number
+        may be given, that of the number.
     optional: may it be None? default: its value where it is left out.
     """
 
@@ -157,6 +150,10 @@ class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
                 if found is not value:
                     msgspec.structs.force_setattr(self, name, found)
 
+    def having(self, **options: Any) -> Self:
+        """Return the request with other options in place of its own; raises ``error`` as well."""
+        return msgspec.structs.replace(self, **options)
+
 
 def make_request(kind: type[R], request: R | None, options: Mapping[str, Any]) -> R:
     """Return a request with options, or the one that is given with these options instead.
@@ -170,7 +167,7 @@ def make_request(kind: type[R], request: R | None, options: Mapping[str, Any]) -
         raise TypeError(f"there is no option {unknown[0]!r}; options are {known}")
     if request is None:
         return kind(**options)
-    return msgspec.structs.replace(request, **options) if options else request
+    return request.having(**options) if options else request
 
 
 def list_changed(request: Request) -> dict[str, Any]:
@@ -200,6 +197,7 @@ def list_options(kind: type[Request]) -> dict[str, Option]:
             continue
         types = declared.types if isinstance(declared, UnionType) else (declared,)
         bare = [one for one in map(strip_type, types) if not isinstance(one, NoneType)]
+        bare.sort(key=lambda one: isinstance(one, LiteralType))
         found[field.name] = Option(
             name=field.name,
             annotation=annotations[field.name],

@@ -6,12 +6,14 @@ from __future__ import annotations
 import contextlib
 import math
 import re
+import sys
 from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast, overload
 
 import click
+from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 from msgspec.inspect import BoolType, FloatType, IntType, TupleType, VarTupleType
 
@@ -513,26 +515,65 @@ def request_options(kind: type[Request], *names: str) -> Callable[[F], F]:
 def _make_option(one: Option) -> Callable[[F], F]:
     """Make the option of the command line that an option of a request is."""
     extra: dict[str, Any] = {}
-    least, most = getattr(one.type, "ge", None), getattr(one.type, "le", None)
+    help = one.text.help
     if one.text.constant is not None:
         extra = {"is_flag": True, "flag_value": one.text.constant, "type": click.UNPROCESSED}
     elif isinstance(one.type, BoolType):
         extra = {"is_flag": True, "default": one.default}
-    elif one.choices:
-        extra = {"type": click.Choice(one.choices)}
-    elif isinstance(one.type, IntType):
-        extra = {"type": Count(least or 0, MOST_COUNT if most is None else most)}
-    elif isinstance(one.type, FloatType):
-        extra = {"type": click.FloatRange(least, most)}
-    elif isinstance(one.type, TupleType):
-        extra = {"type": Range(getattr(strip_type(one.type.item_types[0]), "ge", 0))}
     elif isinstance(one.type, VarTupleType):
         extra = {"multiple": True}
-    if not extra.keys() & {"is_flag", "default", "multiple"} and one.default is not None:
-        shown = not isinstance(one.default, tuple)
-        extra |= {"default": one.default, "show_default": True} if shown else {}
-    metavar = one.text.metavar or None
-    return click.option(one.flag, one.name, help=one.text.help, metavar=metavar, **extra)
+    else:
+        extra = {"type": _find_type(one)}
+        if one.text.default:
+            help += f"  [default: {one.text.default}]"
+        elif one.default is not None and not isinstance(one.default, tuple):
+            extra |= {"default": one.default, "show_default": True}
+    return click.option(one.flag, one.name, help=help, metavar=one.text.metavar or None, **extra)
+
+
+def _find_type(one: Option) -> ParamType | None:
+    """Find what reads the value of an option of a request."""
+    kind = one.type
+    if one.choices:
+        if isinstance(kind, IntType | FloatType):
+            return WordOrNumber(one.choices, _find_range(kind))
+        return click.Choice(one.choices)
+    if isinstance(kind, IntType | FloatType):
+        return _find_range(kind)
+    if isinstance(kind, TupleType):
+        return Range(getattr(strip_type(kind.item_types[0]), "ge", 0))
+    return None
+
+
+def _find_range(kind: IntType | FloatType) -> ParamType:
+    if isinstance(kind, IntType):
+        return Count(kind.ge or 0, MOST_COUNT if kind.le is None else kind.le)
+    most = None if kind.le == sys.float_info.max else kind.le
+    return click.FloatRange(kind.ge if kind.gt is None else kind.gt, most, kind.gt is not None)
+
+
+class WordOrNumber(ParamType):
+    """One of some words, or a number in a range."""
+
+    name = "word|number"
+
+    def __init__(self, words: tuple[str, ...], number: ParamType) -> None:
+        self._words, self._number = words, number
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value in self._words:
+            return value
+        try:
+            return self._number.convert(value, param, ctx)
+        except click.UsageError as error:
+            words = ", ".join(self._words)
+            self.fail(f"{value!r}: give {words}, or a number: {error.message}", param, ctx)
+
+
+def is_given(*names: str) -> bool:
+    """Are any of these options of the verb that runs given, be it with their defaults?"""
+    context = click.get_current_context()
+    return any(context.get_parameter_source(name) != ParameterSource.DEFAULT for name in names)
 
 
 def read_options(kind: type[Request], given: Mapping[str, Any]) -> dict[str, Any]:

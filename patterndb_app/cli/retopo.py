@@ -6,32 +6,36 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from patterndb.system.extras import require_extra
 from patterndb.system.files import open_regular
 from patterndb.system.knownfiles import KnownFiles
+from patterndb.system.requests import list_changed
 from patterndb_app.cli.options import (
     OBJ,
-    Count,
     DatabaseChoice,
     FileName,
     FileToWrite,
     MeshName,
-    ParamType,
     as_json,
     dbs_to_read,
+    is_given,
+    list_flags,
     may_overwrite,
     open_database,
     picture_path,
+    read_options,
     refuse_input,
+    request_options,
     require_viewer,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, table, write, write_json
+from patterndb_sketch.retopo.draft.task import DraftRequest
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
@@ -41,26 +45,6 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.filling.report import Report
     from patterndb_sketch.retopo.script import Script, ScriptLine
     from patterndb_sketch.retopo.session import RetopoSession
-
-
-class SharpAngle(ParamType):
-    """Which edges are sharp: "auto", "none", or a dihedral angle in degrees."""
-
-    name = "sharp"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> str | float:
-        """Return the word, or the angle."""
-        if value in ("auto", "none"):
-            return str(value)
-        try:
-            angle = float(str(value))
-        except ValueError:
-            angle = 0.0
-        if not 1.0 <= angle <= 179.0:
-            self.fail(f"{value!r}: give auto, none, or an angle from 1 to 179 degrees", param, ctx)
-        return angle
 
 
 class RetopoCommand(SectionedCommand):
@@ -79,7 +63,7 @@ class RetopoCommand(SectionedCommand):
     cls=RetopoCommand,
     sections={
         "Input": ("--script", "--lenient", "--session", "--from-quads", "--db"),
-        "Draft": ("--draft", "--edge", "--quads", "--sharp", "--strict"),
+        "Draft": ("--draft", *list_flags(DraftRequest, "draft")),
         "Output": (
             "-o",
             "--record",
@@ -124,31 +108,7 @@ class RetopoCommand(SectionedCommand):
     is_flag=True,
     help="Begin with a network proposed by the machine, on all of SURFACE that has no patches yet.",
 )
-@click.option(
-    "--edge",
-    type=click.FloatRange(min=0.0, min_open=True),
-    metavar="LENGTH",
-    help="Target length of the draft's edges, in its unit.  [default: 3 % of the diagonal]",
-)
-@click.option(
-    "--quads",
-    type=Count(20, 200_000),
-    metavar="N",
-    help="About how many quads the draft is to have, in place of --edge.",
-)
-@click.option(
-    "--sharp",
-    type=SharpAngle(),
-    metavar="auto|ANGLE|none",
-    help="Keep sharp edges in the draft: those that stand out, all whose triangles meet at more "
-    "than ANGLE degrees, or none.  [default: auto]",
-)
-@click.option(
-    "--strict",
-    is_flag=True,
-    help="Refuse the draft where a part of SURFACE cannot be drafted well. By default such parts "
-    "are left open, or drafted as well as possible, and reported.",
-)
+@request_options(DraftRequest)
 @click.option(
     "--view",
     is_flag=True,
@@ -181,16 +141,13 @@ def retopo(
     sides: str | None,
     from_quads: bool,
     draft: bool,
-    edge: float | None,
-    quads: int | None,
-    sharp: str | float | None,
-    strict: bool,
     view: bool,
     record: Path | None,
     lenient: bool,
     exports_anywhere: bool,
     db: DatabaseChoice,
     as_json: bool,
+    **given: Any,
 ) -> int:
     """Make a clean quad mesh on a surface, from curves drawn on it.
 
@@ -230,15 +187,16 @@ def retopo(
     """
     asked = RetopoRequest(surface, script, session, from_quads)
     asked.check()
-    wishes = {"edge": edge, "quads": quads, "sharp": sharp, "strict": strict or None}
-    check_draft(asked, draft, wishes)
+    wanted_draft = read_draft(given) if draft else refuse_draft(given)
+    if draft and from_quads:
+        raise click.UsageError("--from-quads gives patches all over; leave --draft out")
     nothing_else = script is None and output is None and picture is None and not as_json
     nothing_else = nothing_else and not (draft and session is not None)
     view = view or nothing_else
-    for given in (surface, script):
-        if given is not None:
+    for path in (surface, script):
+        if path is not None:
             # A file that is not there is the first thing to report.
-            open_regular(given).close()
+            open_regular(path).close()
     require_extra("sketch", "retopology")
     if view:
         # Imported here because no verb without a window needs it.
@@ -280,7 +238,7 @@ def retopo(
             turned = plural(start.surface.repairs.turned, "triangle")
             say(f"{turned} turned over, to face as all others do")
         began = perf_counter()
-        drafted = [_make_draft(editor, wishes)] if draft else []
+        drafted = [_make_draft(editor, wanted_draft)] if wanted_draft else []
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
@@ -353,13 +311,13 @@ def _read_sides(sides: str | None, picture: Path | None) -> tuple[str, ...]:
     return found
 
 
-def _make_draft(editor: Retopology, wishes: Mapping[str, object]) -> ScriptLine:
+def _make_draft(editor: Retopology, wanted: DraftRequest) -> ScriptLine:
     """Call the tool; write its notes to stderr, and return the script's line that does the same."""
     from patterndb_sketch.retopo.editor import Call
     from patterndb_sketch.retopo.errors import RefusedError
     from patterndb_sketch.retopo.script import ScriptLine
 
-    call = Call("draft", {name: value for name, value in wishes.items() if value is not None})
+    call = Call("draft", list_changed(wanted))
     outcome = editor.do(call)
     if outcome.refused is not None:
         raise RefusedError(f"--draft: {outcome.refused}")
@@ -479,15 +437,21 @@ class RetopoRequest:
             raise click.UsageError(f"nothing to draw on: give a SURFACE or a --script; {there}")
 
 
-def check_draft(asked: RetopoRequest, draft: bool, wishes: Mapping[str, object]) -> None:
-    """Raise UsageError where a draft does not go together with the rest."""
-    for name, value in wishes.items():
-        if value is not None and not draft:
+def read_draft(given: Mapping[str, Any]) -> DraftRequest:
+    """Return how the surface is to be drafted; a usage error where options contradict others."""
+    from patterndb_sketch.retopo.errors import RefusedError
+
+    try:
+        return DraftRequest(**read_options(DraftRequest, given))
+    except RefusedError as error:
+        raise click.UsageError(str(error)) from None
+
+
+def refuse_draft(given: Mapping[str, Any]) -> None:
+    """Raise UsageError where options of drafts are given without --draft."""
+    for name in given:
+        if is_given(name):
             raise click.UsageError(f"--{name} is an option of drafts; give --draft, too")
-    if wishes["edge"] is not None and wishes["quads"] is not None:
-        raise click.UsageError("--edge and --quads both say how fine a draft is; give one of them")
-    if draft and asked.quads:
-        raise click.UsageError("--from-quads gives patches all over; leave --draft out")
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from time import perf_counter
@@ -20,23 +20,27 @@ from patterndb_app.cli.options import (
     ParamType,
     as_json,
     db_to_read,
+    is_given,
+    list_flags,
     may_overwrite,
     open_database,
     picture_path,
+    read_options,
+    request_options,
     require_viewer,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, SurfaceRequest
 
 if TYPE_CHECKING:
     from patterndb.geometry.points import Points
     from patterndb_sketch.curvenetwork.drawing import Drawing
     from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
     from patterndb_sketch.retopo.symmetry.half import Plane
-    from patterndb_sketch.surfacing import FoundCycles, SurfaceOptions, SurfacePatch, Surfacing
+    from patterndb_sketch.surfacing import FoundCycles, SurfacePatch, Surfacing
     from patterndb_sketch.surfacing.openings import Openings
 
 #: The plane of --mirror where none is given.
@@ -77,7 +81,7 @@ class CurveNames(ParamType):
     cls=SectionedCommand,
     sections={
         "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance", "--mirror"),
-        "Surface": ("--method", "--fair", "--alpha", "--any-chord", "--spacing", "--db"),
+        "Surface": (*list_flags(SurfaceRequest, "surface"), "--db"),
         "Output": ("-o", "--thickness", "--picture", "--up", "--overwrite", "--view", "--json"),
     },
 )
@@ -94,33 +98,7 @@ class CurveNames(ParamType):
     type=click.FloatRange(0, min_open=True),
     help="Write the closed solid of this thickness, half of it on each side of the surface.",
 )
-@click.option(
-    "--method",
-    type=click.Choice(METHODS),
-    show_default=f"{DEFAULT_METHOD}; chords with --alpha or --any-chord",
-    help=describe_methods(),
-)
-@click.option(
-    "--fair",
-    is_flag=True,
-    help="Make smooth grids share normals across curves through which the surface goes on.",
-)
-@click.option(
-    "--alpha",
-    type=click.FloatRange(0),
-    show_default="0.1",
-    help="The price of a chord: more makes fewer and larger pieces.",
-)
-@click.option(
-    "--any-chord",
-    is_flag=True,
-    help="Take chords whatever area they add, as the paper does.",
-)
-@click.option(
-    "--spacing",
-    type=click.FloatRange(0, min_open=True),
-    help="How far vertices are apart, in the network's unit.",
-)
+@request_options(SurfaceRequest)
 @click.option(
     "--tolerance",
     type=click.FloatRange(0),
@@ -179,11 +157,6 @@ class CurveNames(ParamType):
 def surface(
     network: Path,
     output: Path | None,
-    method: Any,
-    fair: bool,
-    alpha: float | None,
-    any_chord: bool,
-    spacing: float | None,
     tolerance: float | None,
     mirror: str | None,
     thickness: float | None,
@@ -196,6 +169,7 @@ def surface(
     keep: tuple[tuple[str, ...], ...],
     db: Path | None,
     as_json: bool,
+    **given: Any,
 ) -> int:
     """Surface a network of curves in space: a patch for each of its cycles.
 
@@ -213,6 +187,9 @@ def surface(
     open is told: curves without a patch (--json: bound_nothing) and the rims of the surface
     (open_rims), the shortest first; a picture marks them, dashed and orange.
 
+    --alpha and --any-chord say how loops are cut: with them the method is chords if --method does
+    not name another.
+
     Exit code 1 where there is no cycle, 3 for a file that is not what it must be.
 
     \b
@@ -222,29 +199,25 @@ def surface(
     patterndb surface sketch.json --fair -o surface.obj
     patterndb surface sketch.json --method quads --spacing 0.2 -o quads.obj
     """
-    for name, given in (
+    for name, wanted in (
         ("-o", output),
         ("--thickness", thickness),
         ("--picture", picture),
         ("--view", view),
     ):
-        if cycles_only and given:
+        if cycles_only and wanted:
             raise click.UsageError(f"--cycles-only makes no surface; leave {name} out")
-    if fair and (method or DEFAULT_METHOD) != DEFAULT_METHOD:
-        raise click.UsageError(f"--fair moves grids of the method {DEFAULT_METHOD}; leave one out")
-    if fair and (alpha is not None or any_chord):
-        raise click.UsageError(
-            "--fair moves grids, chords make none; leave --alpha, --any-chord out"
-        )
+    request = _read_request(given)
     if thickness is not None and output is None:
         raise click.UsageError("--thickness is of the solid that -o writes; give -o FILE, too")
     # Imported here because --help need not wait for it.
-    from patterndb_sketch.surfacing import SurfaceOptions, find_openings
+    from patterndb_sketch.surfacing import find_openings
     from patterndb_sketch.surfacing import surface as surface_of
     from patterndb_sketch.surfacing.networkfile import gives_cycles
 
-    if method is not None and METHODS[method].needs_database and not cycles_only:
-        require_extra("sketch", f"--method {method}")
+    patterns = METHODS[request.method].needs_database
+    if patterns and not cycles_only:
+        require_extra("sketch", f"--method {request.method}")
     if not EXTRAS["sketch"].is_there() and (find_cycles or not gives_cycles(network)):
         require_extra("sketch", "finding the cycles of a network")
 
@@ -252,59 +225,48 @@ def surface(
     for note in drawing.notes:
         say(note)
     _say_joins(drawing)
-    given = drawing.network
+    drawn = drawing.network
     started = perf_counter()
-    cycles, found = _cycles(given, find_cycles, ban, keep)
+    cycles, found = _cycles(drawn, find_cycles, ban, keep)
     seconds_finding = perf_counter() - started
     if not cycles:
-        raise NotFoundError(f"{network}: {_explain_nothing(given, found)}")
+        raise NotFoundError(f"{network}: {_explain_nothing(drawn, found)}")
     notes = [*drawing.notes, *(() if found is None else found.notes)]
     document: dict[str, object] = {
         "network": str(network),
-        "curves": len(given.curves),
-        "nodes": len(given.nodes),
-        "cycles": [given.names(cycle) for cycle in cycles],
+        "curves": len(drawn.curves),
+        "nodes": len(drawn.nodes),
+        "cycles": [drawn.names(cycle) for cycle in cycles],
         "cycles_found": found is not None,
         "seconds_finding": round(seconds_finding, 6),
-        **({} if found is None else _summarise_cycles(given, found)),
+        **({} if found is None else _summarise_cycles(drawn, found)),
         **_list_joins(drawing),
         "notes": notes,
     }
     if found is not None:
         _say_found(found, seconds_finding)
     if cycles_only:
-        openings = find_openings(given, cycles)
+        openings = find_openings(drawn, cycles)
         if as_json:
-            write_json(document | _list_openings(given, openings))
+            write_json(document | _list_openings(drawn, openings))
         else:
             for cycle in cycles:
-                write(",".join(str(name) for name in given.names(cycle)))
-        _say_openings(given, openings)
+                write(",".join(str(name) for name in drawn.names(cycle)))
+        _say_openings(drawn, openings)
         return 0
-    settings = SurfaceOptions(fair=fair, spacing=spacing)
-    if method is not None:
-        settings = replace(settings, method=method)
-    elif alpha is not None or any_chord:
-        # Who says how to cut wants the loops cut.
-        settings = replace(settings, method="chords")
-    if alpha is not None:
-        settings = replace(settings, alpha=alpha)
-    if any_chord:
-        settings = replace(settings, area_price=None)
-    patterns = METHODS[settings.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
         started = perf_counter()
-        made = surface_of(given, cycles, options=settings, db=database)
+        made = surface_of(drawn, cycles, request, db=database)
         seconds = perf_counter() - started
-    openings = find_openings(given, made.list_surfaced_cycles())
+    openings = find_openings(drawn, made.list_surfaced_cycles())
     solid = None if output is None else _write_output(output, made, thickness)
     if solid is not None:
         notes += solid.notes
     if as_json:
         document |= {
-            "method": settings.method,
-            "fair": settings.fair,
-            "alpha": settings.alpha,
+            "method": request.method,
+            "fair": request.fair,
+            "alpha": request.alpha,
             "spacing": made.sampling.spacing,
             "patches": [_patch(made, patch) for patch in made.patches],
             "area": made.area,
@@ -312,7 +274,7 @@ def surface(
             "crossings": [
                 {"patches": [i + 1, j + 1], "pairs": pairs} for i, j, pairs in made.crossings
             ],
-            **_list_openings(given, openings),
+            **_list_openings(drawn, openings),
             "seconds": round(seconds, 6),
             "notes": [*notes, *made.notes],
             "thickness": thickness,
@@ -322,17 +284,31 @@ def surface(
         }
         write_json(document)
     else:
-        write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]))
+        write(table(HEADS, [_row(drawn, i, p) for i, p in enumerate(made.patches, 1)]))
     _say_made(made, seconds)
-    _say_openings(given, openings)
+    _say_openings(drawn, openings)
     if solid is not None:
         for note in solid.notes:
             say(note)
         say(f"written: {output}")
     if picture is not None or view:
         open_file = partial(_read, tolerance=tolerance, mirror=mirror) if view else None
-        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, open_file, up)
+        _look(drawing, request, db, find_cycles, (ban, keep), picture, open_file, up)
     return 0
+
+
+def _read_request(given: Mapping[str, Any]) -> SurfaceRequest:
+    """Return how the network is to be surfaced: cut along chords where an option says how."""
+    request = SurfaceRequest(**read_options(SurfaceRequest, given))
+    cuts = is_given("alpha", "area_price")
+    if cuts and not is_given("method"):
+        request = request.having(method="chords")
+    if request.fair and (cuts or request.method != DEFAULT_METHOD):
+        raise click.UsageError(
+            f"--fair moves grids of the method {DEFAULT_METHOD}, and chords make none; leave it "
+            "out, or --method, --alpha and --any-chord"
+        )
+    return request
 
 
 def _read(path: Path, tolerance: float | None, mirror: str | None) -> Drawing:
@@ -441,8 +417,7 @@ def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
 
 def _look(
     drawing: Drawing,
-    settings: SurfaceOptions,
-    spacing: float | None,
+    request: SurfaceRequest,
     db: Path | None,
     afresh: bool,
     named: tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]],
@@ -459,12 +434,12 @@ def _look(
     toward, upright = look_from(up)
     banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
     # The window can go on to other methods; a picture has the one that was asked for.
-    patterns = open_file is not None or METHODS[settings.method].needs_database
+    patterns = open_file is not None or METHODS[request.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
         make_state = partial(
             SurfacingState,
-            settings=settings,
-            spacing=spacing,
+            settings=request,
+            spacing=request.spacing,
             db=database,
             afresh=afresh,
             toward=toward,

@@ -13,12 +13,17 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
 
 import numpy as np
+from msgspec.inspect import BoolType, FloatType, IntType
 
 from patterndb.geometry.points import Points
+from patterndb.system.requests import Request, list_options
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 #: Points of a stroke, at most: more is a mistake, and would be sampled down anyway.
 MOST_POINTS = 100_000
+
+#: The least of numbers that must be above 0.
+LEAST_ABOVE_ZERO = 1e-12
 
 
 class Kind(Protocol):
@@ -171,7 +176,7 @@ class Argument:
 
     def describe(self) -> str:
         """What it means, what it may be, and what it is if it is left out, in a line."""
-        wanted = self.kind.wanted.replace("a number from 1e-12 on", "a number above 0")
+        wanted = self.kind.wanted.replace(f"from {LEAST_ABOVE_ZERO:g} on", "above 0")
         said = f"{self.help}: {wanted}"
         if self.default is REQUIRED:
             return f"{said}. Required"
@@ -188,7 +193,26 @@ POINTS = Argument(PointList(), "the stroke, on the surface")
 
 def optional_length(what: str) -> Argument:
     """An argument that is a length, and may be left out; what: it is of, for its help."""
-    return Argument(Number(1e-12), f"{what}, in the surface's unit", None)
+    return Argument(Number(LEAST_ABOVE_ZERO), f"{what}, in the surface's unit", None)
+
+
+def list_arguments(request: type[Request]) -> dict[str, Argument]:
+    """Return the options of a request as arguments of a tool."""
+    found: dict[str, Argument] = {}
+    for name, one in list_options(request).items():
+        kind: Kind
+        if isinstance(one.type, BoolType):
+            kind = Flag()
+        elif isinstance(one.type, IntType | FloatType):
+            low, high = one.type.ge, one.type.le
+            low = (LEAST_ABOVE_ZERO if one.type.gt == 0 else -math.inf) if low is None else low
+            kind = Number(low, math.inf if high is None else high, isinstance(one.type, IntType))
+            kind = WordOrNumber(one.choices, kind) if one.choices else kind
+        else:
+            kind = Word(one.choices)
+        help = one.text.help
+        found[name] = Argument(kind, help[0].lower() + help[1:].removesuffix("."), one.default)
+    return found
 
 
 def read_arguments(

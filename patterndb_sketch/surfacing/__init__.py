@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from patterndb_sketch.curvenetwork.joining import network_of_polylines
     from patterndb_sketch.curvenetwork.network import InvalidNetworkError
     from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
-    from patterndb_sketch.surfacing.methods import SurfaceOptions
+    from patterndb_sketch.surfacing.methods import SurfaceRequest
     from patterndb_sketch.surfacing.networkfile import read_drawing, write_network
     from patterndb_sketch.surfacing.openings import find_openings
     from patterndb_sketch.surfacing.patch import SurfacePatch, Surfacing
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 __all__ = [
     "FoundCycles",
     "InvalidNetworkError",
-    "SurfaceOptions",
     "SurfacePatch",
+    "SurfaceRequest",
     "Surfacing",
     "find_cycles",
     "find_openings",
@@ -45,7 +45,7 @@ __all__ = [
 _HOMES = {
     "FoundCycles": "patterndb_sketch.surfacing.cycles",
     "InvalidNetworkError": "patterndb_sketch.curvenetwork.network",
-    "SurfaceOptions": "patterndb_sketch.surfacing.methods",
+    "SurfaceRequest": "patterndb_sketch.surfacing.methods",
     "SurfacePatch": "patterndb_sketch.surfacing.patch",
     "Surfacing": "patterndb_sketch.surfacing.patch",
     "find_cycles": "patterndb_sketch.surfacing.cycles",

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +28,7 @@ from patterndb_sketch.surfacing.defaults import (
     AREA_PRICE,
     MAX_SUBPROBLEMS,
     TURNING_BOUND,
+    Flatness,
 )
 from patterndb_sketch.surfacing.sampling import Loop
 
@@ -48,16 +48,6 @@ HUGGING = 1.15
 #: The same as in rust/surfacing/src/chords/candidates.rs.
 NEAR_EDGES = 2.0
 NEAR_SHARE = 0.25
-
-#: How far from flat a piece of a cycle is, S(K): 0 for a planar piece, the larger the less flat.
-#: "relative": sqrt(det Cov(piece) / det Cov(whole)), without unit: 1 for the whole cycle.
-#: "printed": det Cov(piece), the product of the variances along the principal axes, in units of
-#: length**6. Of a planar whole cycle every piece has 0.
-#:
-#: Source: Abbasinejad et al. 2013, section 3.2. Differs from the paper: the printed form depends on
-#: the unit of length, so that at unit size alpha = 0.1 cuts nothing; hence the relative form, which
-#: is the ratio of the volumes of the two boxes.
-Flatness = Literal["relative", "printed"]
 
 #: Counts stop here: exact below, "this many or more" at it. Twice this is still an int64.
 #: The same as in rust/surfacing/src/chords/subcycles.rs.
@@ -108,7 +98,7 @@ def decompose(
     loop: Loop,
     alpha: float = ALPHA,
     *,
-    area_price: float | None = AREA_PRICE,
+    area_price: float = AREA_PRICE,
     flatness: Flatness = "relative",
     turning_bound: float = TURNING_BOUND,
     max_subproblems: int = MAX_SUBPROBLEMS,
@@ -116,7 +106,7 @@ def decompose(
     """Cut a loop into nearly flat pieces by few, short chords.
 
     alpha: the larger, the fewer pieces. area_price: what chords may cost in area, see
-    :func:`find_affordable`; None, as in the paper: anything. flatness: see :data:`Flatness`.
+    :func:`find_affordable`; math.inf, as in the paper: anything. flatness: see Flatness.
     turning_bound: radians, see :func:`find_endpoints`. max_subproblems: the budget; where the
     candidates make more, the longest are left out, and where that would be more than half of
     them, the search is given up and says so. The number of sub-problems does not depend on alpha.
@@ -132,7 +122,7 @@ def decompose(
     worth = found.chords
     # A planar loop is never cut: nothing takes time, whatever the candidates.
     planar = is_planar(loop.points)
-    if area_price is not None and not planar:
+    if math.isfinite(area_price) and not planar:
         worth = worth[find_affordable(loop.points, worth, area_price)]
     kept = worth if planar else keep_within_budget(loop.points, worth, max_subproblems)
     exhausted = len(worth) - len(kept) > MOST_DROPPED * len(worth)

@@ -1,8 +1,9 @@
-"""Defaults of how loops are cut along chords; nothing is imported for them but numbers."""
+"""Defaults of how loops are cut along chords; nothing else is imported for them."""
 
 from __future__ import annotations
 
 import math
+from typing import Literal
 
 #: How much a cut weighs against the flatness it gains (Abbasinejad et al. 2013, section 3.2: 0.1
 #: for all models but the front of the roadster, 0.6).
@@ -20,3 +21,13 @@ TURNING_BOUND = math.radians(45)
 
 #: The most sub-problems solved for one cycle: some 0.1 s. The paper's largest has 12,319.
 MAX_SUBPROBLEMS = 200_000
+
+#: How far from flat a piece of a cycle is, S(K): 0 for a planar piece, the larger the less flat.
+#: "relative": sqrt(det Cov(piece) / det Cov(whole)), without unit: 1 for the whole cycle.
+#: "printed": det Cov(piece), the product of the variances along the principal axes, in units of
+#: length**6. Of a planar whole cycle every piece has 0.
+#:
+#: Source: Abbasinejad et al. 2013, section 3.2. Differs from the paper: the printed form depends on
+#: the unit of length, so that at unit size alpha = 0.1 cuts nothing; hence the relative form, which
+#: is the ratio of the volumes of the two boxes.
+Flatness = Literal["relative", "printed"]

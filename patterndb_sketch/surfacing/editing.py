@@ -27,7 +27,7 @@ from patterndb_sketch.surfacing.edits import (
     renumber_cycle,
 )
 from patterndb_sketch.surfacing.inking import InkedStroke
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, SurfaceOptions
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, SurfaceRequest
 from patterndb_sketch.surfacing.openings import Openings, find_openings
 from patterndb_sketch.surfacing.patch import SurfacePatch, Surfacing
 from patterndb_sketch.surfacing.patchsurface import PatchSurface
@@ -61,7 +61,7 @@ def find_network_cycles(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class SurfaceRequest:
+class SurfaceTask:
     """What is to be made.
 
     drawing: the whole one. network: its curves so far. numbers: for each of them the number that
@@ -79,7 +79,7 @@ class SurfaceRequest:
     added: tuple[Cycle, ...]
     banned: tuple[Cycle, ...]
     methods: Mapping[Key, str]
-    settings: SurfaceOptions
+    settings: SurfaceRequest
     spacing: float
 
     def here(self, cycles: Sequence[Cycle]) -> list[Cycle]:
@@ -96,16 +96,16 @@ class SurfaceRequest:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SurfaceResult:
-    """What was made of a request.
+    """What was made of a task.
 
     surfacing, body:  the patches; None where there is no cycle.
     off, off_body:    likewise those that are switched off, to be seen as outlines.
-    openings: curves of the request's network that bound no patch which is on, and open rims.
+    openings: curves of the task's network that bound no patch which is on, and open rims.
     notes:   what finding the cycles and surfacing had to tell.
     finding: seconds of finding cycles, 0 if they were known. seconds: of surfacing.
     """
 
-    request: SurfaceRequest
+    task: SurfaceTask
     surfacing: Surfacing | None
     body: PatchSurface | None
     off: Surfacing | None
@@ -140,7 +140,7 @@ class SurfacingEditing:
     def __init__(
         self,
         edits: SurfacingEdits,
-        settings: SurfaceOptions,
+        settings: SurfaceRequest,
         spacing: float | None,
         db: PatternSource | None,
         find: Find = find_network_cycles,
@@ -181,7 +181,7 @@ class SurfacingEditing:
     @property
     def network_made(self) -> CurveNetwork:
         """The curves that the surface shown is of."""
-        return self.network if self.made is None else self.made.request.network
+        return self.network if self.made is None else self.made.task.network
 
     @property
     def n_stages(self) -> int:
@@ -219,7 +219,7 @@ class SurfacingEditing:
     def openings(self) -> Openings | None:
         """What is open in the network shown; None while its surface is not there."""
         made = self.made
-        return None if made is None or made.request.network is not self.network else made.openings
+        return None if made is None or made.task.network is not self.network else made.openings
 
     @property
     def trouble(self) -> str:
@@ -241,7 +241,7 @@ class SurfacingEditing:
     def cycle_of(self, on: bool, number: int) -> Cycle:
         """The cycle of a patch that is on or off, by the curves of the whole drawing."""
         assert self.made is not None
-        return self.made.request.whole((self.patches if on else self.off)[number].cycle)
+        return self.made.task.whole((self.patches if on else self.off)[number].cycle)
 
     def rings(self) -> list[Points]:
         """For every patch that is off a point (3,) near its middle."""
@@ -275,13 +275,13 @@ class SurfacingEditing:
         """(k, 3) the curves around a patch that is switched off, the first point not again."""
         made = self.made
         assert made is not None
-        return made.request.network.polyline(self.off[number].cycle)
+        return made.task.network.polyline(self.off[number].cycle)
 
     def ask(self) -> None:
         """Have the surface of what is asked for now made."""
         network, numbers = self._at_stage()
         edits = self.edits
-        self.settings = replace(self.settings, method=edits.method)
+        self.settings = self.settings.having(method=edits.method)
         asked = (edits.method, *edits.methods.values())
         quads = any(METHODS[name].makes_quads for name in asked)
         spacing = self._spacing
@@ -289,7 +289,7 @@ class SurfacingEditing:
             whole = edits.drawing.network
             edges = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
             spacing = default_spacing(whole, edges) if whole.curves else 1.0
-        request = SurfaceRequest(
+        task = SurfaceTask(
             edits.drawing,
             network,
             numbers,
@@ -300,7 +300,7 @@ class SurfacingEditing:
             self.settings,
             spacing,
         )
-        self._latest.want(partial(self._make, request))
+        self._latest.want(partial(self._make, task))
         self._latest.wait(AT_ONCE)
         self._take()
 
@@ -356,7 +356,7 @@ class SurfacingEditing:
 
     def take_work(self, work: SurfacingWork) -> None:
         """Take work that was kept, as one step."""
-        self.settings = replace(self.settings, alpha=work.alpha, fair=work.fair)
+        self.settings = self.settings.having(alpha=work.alpha, fair=work.fair)
         self.edit(work.edits)
 
     def change_alpha(self, alpha: float) -> None:
@@ -364,7 +364,7 @@ class SurfacingEditing:
         alpha = round(min(max(alpha, 0.0), 1.0), 3)
         if alpha == self.settings.alpha:
             return
-        self.settings = replace(self.settings, alpha=alpha)
+        self.settings = self.settings.having(alpha=alpha)
         edits = self.edits
         if "chords" in (edits.method, *edits.methods.values()):
             self.ask()
@@ -375,7 +375,7 @@ class SurfacingEditing:
     def toggle_fair(self) -> None:
         """Fair smooth patches across curves, or leave each by itself."""
         settings = self.settings
-        self.settings = replace(settings, fair=not settings.fair)
+        self.settings = settings.having(fair=not settings.fair)
         edits = self.edits
         if settings.fair or DEFAULT_METHOD in (edits.method, *edits.methods.values()):
             self.ask()
@@ -486,60 +486,60 @@ class SurfacingEditing:
             known[stage] = network, numbers
         return known[stage]
 
-    def _make(self, request: SurfaceRequest) -> SurfaceResult:
+    def _make(self, task: SurfaceTask) -> SurfaceResult:
         # This is the one thread that makes: nobody else writes to what is known.
         started = perf_counter()
-        cycles, notes = self._cycles(request)
+        cycles, notes = self._cycles(task)
         finding = perf_counter() - started
-        banned = {cycle.key for cycle in request.banned}
-        on = [c for c in cycles if request.whole(c).key not in banned]
+        banned = {cycle.key for cycle in task.banned}
+        on = [c for c in cycles if task.whole(c).key not in banned]
         started = perf_counter()
-        surfacing, body = self._surfaced(request, on, request.settings, request.methods)
+        surfacing, body = self._surfaced(task, on, task.settings, task.methods)
         seconds = perf_counter() - started
         # Quads would change the edges of curves; an outline needs none.
-        plain = replace(request.settings, method="chords", fair=False)
-        off, off_body = self._surfaced(request, request.here(request.banned), plain, {})
+        plain = task.settings.having(method="chords", fair=False)
+        off, off_body = self._surfaced(task, task.here(task.banned), plain, {})
         self._memory.end_stage()
         told = () if surfacing is None else surfacing.notes
         there = () if surfacing is None else surfacing.list_surfaced_cycles()
-        openings = find_openings(request.network, there)
+        openings = find_openings(task.network, there)
         return SurfaceResult(
-            request, surfacing, body, off, off_body, openings, (*notes, *told), finding, seconds
+            task, surfacing, body, off, off_body, openings, (*notes, *told), finding, seconds
         )
 
-    def _cycles(self, request: SurfaceRequest) -> tuple[tuple[Cycle, ...], tuple[str, ...]]:
-        added = request.here(request.added)
-        if request.given is not None:
-            cycles = {request.whole(c).key: c for c in (*request.here(request.given), *added)}
+    def _cycles(self, task: SurfaceTask) -> tuple[tuple[Cycle, ...], tuple[str, ...]]:
+        added = task.here(task.added)
+        if task.given is not None:
+            cycles = {task.whole(c).key: c for c in (*task.here(task.given), *added)}
             return tuple(cycles.values()), ()
-        if not request.network.curves:
+        if not task.network.curves:
             return (), ()
-        banned = request.here(request.banned)
+        banned = task.here(task.banned)
         asked = (sorted(c.key for c in added), sorted(c.key for c in banned))
         known = self._known
-        if known.network is not request.network or asked != known.asked:
-            found, notes = self._find(request.network, added, banned)
-            known.network, known.asked = request.network, asked
+        if known.network is not task.network or asked != known.asked:
+            found, notes = self._find(task.network, added, banned)
+            known.network, known.asked = task.network, asked
             known.cycles, known.notes = tuple(found), tuple(notes)
         return known.cycles, known.notes
 
     def _surfaced(
         self,
-        request: SurfaceRequest,
+        task: SurfaceTask,
         cycles: Sequence[Cycle],
-        settings: SurfaceOptions,
+        settings: SurfaceRequest,
         methods: Mapping[Key, str],
     ) -> tuple[Surfacing | None, PatchSurface | None]:
         if not cycles:
             return None, None
-        keys = [request.whole(cycle).key for cycle in cycles]
+        keys = [task.whole(cycle).key for cycle in cycles]
         others: dict[Cycle, str] = {
             cycle: methods[key] for cycle, key in zip(cycles, keys, strict=True) if key in methods
         }
         made = surface(
-            request.network,
+            task.network,
             cycles,
-            options=replace(settings, spacing=request.spacing),
+            settings.having(spacing=task.spacing),
             methods=others,
             db=self._db,
             memory=self._memory,

@@ -11,21 +11,27 @@ command's help, need not wait for solvers.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
 
+from msgspec import Meta
+
+from patterndb.system.requests import Positive, Request, option
+from patterndb_sketch.curvenetwork.network import InvalidNetworkError
 from patterndb_sketch.surfacing.defaults import (
     ALPHA,
     AREA_PRICE,
     MAX_SUBPROBLEMS,
     TURNING_BOUND,
+    Flatness,
 )
 
 if TYPE_CHECKING:
     from patterndb.core.halfedge import Int64Array
     from patterndb.geometry.points import Points
-    from patterndb_sketch.surfacing.chords import Decomposition, Flatness
+    from patterndb_sketch.surfacing.chords import Decomposition
     from patterndb_sketch.surfacing.sampling import Loop
     from query.engine import PatternSource
 
@@ -54,47 +60,9 @@ class MadeSurface:
 DEFAULT_METHOD = "smooth"
 
 
-@dataclass(frozen=True, slots=True)
-class SurfaceOptions:
-    """How a network is surfaced.
-
-    method:          the name of one of METHODS.
-    alpha:           the price of chords (section 3.2); more makes fewer, larger pieces. This and
-                     the next four matter where chords cut a loop.
-    area_price:      the area that chords may add, see
-                     :func:`patterndb_sketch.surfacing.chords.find_affordable`; None, as in the
-                     paper: any.
-    flatness:        "relative", or "printed" as in the paper: the product of eigenvalues.
-    turning_bound:   radians by which a loop may turn between two chord endpoints.
-    max_subproblems: what the search for chords may score.
-    fair:            move the grids that fill loops so that they go on smoothly across curves, where
-                     the surface does (:mod:`patterndb_sketch.surfacing.fairing`).
-    spacing:         about how far vertices are apart, by default
-                     :func:`patterndb_sketch.surfacing.sampling.default_spacing`.
-    """
-
-    method: str = DEFAULT_METHOD
-    alpha: float = ALPHA
-    area_price: float | None = AREA_PRICE
-    flatness: Flatness = "relative"
-    turning_bound: float = TURNING_BOUND
-    max_subproblems: int = MAX_SUBPROBLEMS
-    fair: bool = False
-    spacing: float | None = None
-
-    def __post_init__(self) -> None:
-        from patterndb_sketch.curvenetwork.network import InvalidNetworkError
-
-        if self.method not in METHODS:
-            known = list_methods(quote='"')
-            raise InvalidNetworkError(f"the method is {self.method!r}; give {known}")
-        if not (math.isfinite(self.alpha) and self.alpha >= 0):
-            raise InvalidNetworkError(f"alpha is {self.alpha}; give a number from 0 on")
-
-
 #: Makes the surface of a loop: (loop, options, spacing, database). It answers for every valid
 #: loop; where its own way fails, by another method, and says so in the note.
-MakeSurface = Callable[["Loop", SurfaceOptions, float, "PatternSource | None"], MadeSurface]
+MakeSurface = Callable[["Loop", "SurfaceRequest", float, "PatternSource | None"], MadeSurface]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +88,7 @@ class SurfacingMethod:
 
 
 def make_by_chords(
-    loop: Loop, options: SurfaceOptions, spacing: float, _db: PatternSource | None
+    loop: Loop, options: SurfaceRequest, spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Cut a loop along chords into nearly flat pieces, and relax each: the paper's way.
 
@@ -153,7 +121,7 @@ def make_by_chords(
 
 
 def make_by_area(
-    loop: Loop, _options: SurfaceOptions, _spacing: float, _db: PatternSource | None
+    loop: Loop, _options: SurfaceRequest, _spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Take the triangulation of least area of a loop, without vertices inside."""
     from patterndb_sketch.surfacing.tessellation import patch_of_least_area
@@ -163,7 +131,7 @@ def make_by_area(
 
 
 def make_smooth(
-    loop: Loop, options: SurfaceOptions, spacing: float, _db: PatternSource | None
+    loop: Loop, options: SurfaceRequest, spacing: float, _db: PatternSource | None
 ) -> MadeSurface:
     """Fill a loop with a grid of quads as near to parallelograms as can be, cut into triangles.
 
@@ -182,7 +150,7 @@ def make_smooth(
     return _make_ground(loop, options, spacing)
 
 
-def _make_ground(loop: Loop, options: SurfaceOptions, spacing: float) -> MadeSurface:
+def _make_ground(loop: Loop, options: SurfaceRequest, spacing: float) -> MadeSurface:
     """Make the surface of a loop by a smooth grid, by chords if it is flat or no grid is sound."""
     import numpy as np
 
@@ -204,7 +172,7 @@ def _make_ground(loop: Loop, options: SurfaceOptions, spacing: float) -> MadeSur
 
 
 def make_by_quads(
-    loop: Loop, options: SurfaceOptions, spacing: float, db: PatternSource | None
+    loop: Loop, options: SurfaceRequest, spacing: float, db: PatternSource | None
 ) -> MadeSurface:
     """Fill a loop with quads from the database, on the surface that the default method gives.
 
@@ -212,7 +180,6 @@ def make_by_quads(
     """
     import numpy as np
 
-    from patterndb_sketch.curvenetwork.network import InvalidNetworkError
     from patterndb_sketch.surfacing.patch import as_triangles
     from patterndb_sketch.surfacing.quads import fill_with_quads
 
@@ -252,14 +219,73 @@ METHODS: dict[str, SurfacingMethod] = {
 }
 
 
-def list_methods(last: str = "or", quote: str = "") -> str:
-    """Write the names of the methods in a row: smooth, chords or quads."""
-    *first, end = (f"{quote}{name}{quote}" for name in METHODS)
-    return f"{', '.join(first)} {last} {end}"
-
-
 def describe_methods() -> str:
     """Write a sentence that says what the methods do, in their order."""
     *first, end = (method.help for method in METHODS.values())
     sentence = f"{', '.join(first)}, or {end}."
     return sentence[0].upper() + sentence[1:]
+
+
+if TYPE_CHECKING:
+    MethodName = str
+else:
+    MethodName = Literal[tuple(METHODS)]
+
+
+class SurfaceRequest(Request, frozen=True, kw_only=True):
+    """How a network is surfaced.
+
+    alpha and the four after it matter where chords cut a loop. area_price: the area that chords
+    may add, see :func:`patterndb_sketch.surfacing.chords.find_affordable`; math.inf: any.
+
+    Raises InvalidNetworkError for an invalid value.
+    """
+
+    error = InvalidNetworkError
+
+    method: Annotated[MethodName, option(describe_methods(), section="surface")] = DEFAULT_METHOD
+    fair: Annotated[
+        bool,
+        option(
+            "Make smooth grids share normals across curves through which the surface goes on.",
+            hint="give True or False",
+            section="surface",
+        ),
+    ] = False
+    alpha: Annotated[
+        Annotated[float, Meta(ge=0, le=sys.float_info.max)],
+        option(
+            "The price of a chord: more makes fewer and larger pieces.",
+            hint="give a number from 0 on",
+            section="surface",
+        ),
+    ] = ALPHA
+    area_price: Annotated[
+        Annotated[float, Meta(ge=0)],
+        option(
+            "Take chords whatever area they add, as the paper does.",
+            flag="--any-chord",
+            constant=math.inf,
+            hint="give a number from 0 on, or math.inf",
+            section="surface",
+        ),
+    ] = AREA_PRICE
+    flatness: Annotated[
+        Flatness,
+        option('Of a loop: "relative", or "printed" as in the paper, the product of eigenvalues.'),
+    ] = "relative"
+    turning_bound: Annotated[
+        Annotated[float, Meta(gt=0)],
+        option("Radians by which a loop may turn between two ends of chords."),
+    ] = TURNING_BOUND
+    max_subproblems: Annotated[
+        Positive, option("Sub-problems that the search for chords scores.")
+    ] = MAX_SUBPROBLEMS
+    spacing: Annotated[
+        Annotated[float, Meta(gt=0, le=sys.float_info.max)] | None,
+        option(
+            "How far vertices are apart, in the network's unit.",
+            hint="give a number above 0, or None",
+            section="surface",
+        ),
+    ] = None

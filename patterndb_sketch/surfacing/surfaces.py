@@ -10,11 +10,13 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import find_turned_corners
+from patterndb.system.requests import make_request
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
 from patterndb_sketch.surfacing.cycles.found import list_users
@@ -28,7 +30,7 @@ from patterndb_sketch.surfacing.methods import (
     DEFAULT_METHOD,
     METHODS,
     MadeSurface,
-    SurfaceOptions,
+    SurfaceRequest,
 )
 from patterndb_sketch.surfacing.patch import LoopSurface, SurfacePatch, Surfacing, as_triangles
 from patterndb_sketch.surfacing.quads import count_even_edges
@@ -52,7 +54,7 @@ STAGES_KEPT = 16
 
 
 def surface_loop(
-    loop: Loop, options: SurfaceOptions, spacing: float, db: PatternSource | None = None
+    loop: Loop, options: SurfaceRequest, spacing: float, db: PatternSource | None = None
 ) -> LoopSurface:
     """Make the surface of a loop by the method asked for, else by another that its note names.
 
@@ -96,17 +98,19 @@ def _measure(loop: Loop, made: MadeSurface, seconds: float) -> LoopSurface:
 def surface(
     network: CurveNetwork,
     cycles: Sequence[Cycle] | None = None,
+    request: SurfaceRequest | None = None,
     *,
-    options: SurfaceOptions | None = None,
     methods: Mapping[Cycle, str] | None = None,
     db: PatternSource | None = None,
     memory: LoopMemory | None = None,
+    **options: Any,
 ) -> Surfacing:
     """Make the surface of a network: a patch for each of its cycles.
 
     cycles:   what to surface, by default the network's own. For a network that has none, find
               them first (:func:`patterndb_sketch.surfacing.cycles.find_cycles`).
-    options:  the method and its parameters. Flat faces of the method smooth have vertices at their
+    request, options: see SurfaceRequest; options are its entries, alone or in place of those of a
+              request. Flat faces of the method smooth have vertices at their
               outline alone, straight curves between them at their ends. Where a patch is to have
               quads, edges are counted such that every cycle has an even number, and a regular fill
               where the network allows it.
@@ -118,10 +122,10 @@ def surface(
     closed walk along it, and for quads without a database. A cycle that no method can surface
     has a patch without faces, whose note tells why.
     """
-    options = SurfaceOptions() if options is None else options
+    asked = make_request(SurfaceRequest, request, options)
     chosen = network.cycles if cycles is None else tuple(cycles)
     named = {} if methods is None else methods
-    wanted = [replace(options, method=named.get(c, options.method)) for c in chosen]
+    wanted = [asked.having(method=named.get(c, asked.method)) for c in chosen]
     if not chosen:
         raise InvalidNetworkError("the network has no cycles to surface; find them first")
     ways = [METHODS[one.method] for one in wanted]
@@ -130,7 +134,7 @@ def surface(
         raise InvalidNetworkError(f"{lacking[0]} come from a pattern database; give one as db")
     quads = any(way.makes_quads for way in ways)
     median = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
-    step = default_spacing(network, median) if options.spacing is None else options.spacing
+    step = default_spacing(network, median) if asked.spacing is None else asked.spacing
     if quads:
         edges = count_even_edges(network, chosen, step).edges
     else:
@@ -147,8 +151,8 @@ def surface(
         patches.append(patch)
         points.append(inner)
         n_points += len(inner)
-    if options.fair or any(curve.normals is not None for curve in network.curves):
-        patches, told = _fair_patches(network, sampling, patches, options.fair)
+    if asked.fair or any(curve.normals is not None for curve in network.curves):
+        patches, told = _fair_patches(network, sampling, patches, asked.fair)
         notes += told
         points[1:] = [p.surface.points for p in patches if p.surface is not None]
     together = np.concatenate(points)
@@ -160,7 +164,7 @@ def _make_patch(
     network: CurveNetwork,
     sampling: Sampling,
     cycle: Cycle,
-    options: SurfaceOptions,
+    options: SurfaceRequest,
     db: PatternSource | None,
     memory: LoopMemory,
     n_points: int,
@@ -173,7 +177,7 @@ def _make_patch(
         # begins: the result does not depend on that, and a loop met again is known.
         start, backward = find_start(loop.points)
         upright = turn_loop(loop, start, backward)
-        key = repr(replace(options, fair=False, spacing=sampling.spacing)).encode()
+        key = repr(options.having(fair=False, spacing=sampling.spacing)).encode()
         key += upright.points.tobytes() + upright.corners.tobytes()
         result = memory.recall(key)
         reused = result is not None
@@ -342,7 +346,7 @@ class GrowingSketch:
     db:      where quads come from.
     """
 
-    options: SurfaceOptions = field(default_factory=SurfaceOptions)
+    options: SurfaceRequest = field(default_factory=SurfaceRequest)
     db: PatternSource | None = None
     spacing: float | None = field(default=None, init=False)
     _memory: LoopMemory = field(default_factory=LoopMemory, repr=False)
@@ -372,7 +376,7 @@ class GrowingSketch:
         result = surface(
             network,
             found.cycles,
-            options=replace(self.options, spacing=self.spacing),
+            self.options.having(spacing=self.spacing),
             methods=methods,
             db=self.db,
             memory=self._memory,

@@ -14,7 +14,7 @@ from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.editing import Find, SurfacingEditing, find_network_cycles
 from patterndb_sketch.surfacing.edits import SurfacingEdits
 from patterndb_sketch.surfacing.inking import InkedStroke, find_snaps
-from patterndb_sketch.surfacing.methods import METHODS, SurfaceOptions
+from patterndb_sketch.surfacing.methods import METHODS, SurfaceRequest
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.patchsurface import PatchSurface
 from patterndb_sketch.surfacing.session import SurfacingWork
@@ -129,7 +129,7 @@ class SurfacingState(ViewerState[Camera]):
         self,
         source: Drawing | CurveNetwork,
         *,
-        settings: SurfaceOptions | None = None,
+        settings: SurfaceRequest | None = None,
         spacing: float | None = None,
         db: PatternSource | None = None,
         afresh: bool = False,
@@ -140,7 +140,7 @@ class SurfacingState(ViewerState[Camera]):
         up: ArrayLike = UP,
     ) -> None:
         drawing = source if isinstance(source, Drawing) else Drawing(source)
-        wanted = SurfaceOptions() if settings is None else settings
+        wanted = SurfaceRequest() if settings is None else settings
         given = None if afresh or not drawing.network.cycles else drawing.network.cycles
         first = SurfacingEdits(
             drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method
@@ -286,7 +286,7 @@ class SurfacingState(ViewerState[Camera]):
             return None
         if (
             self.surfaces.made is None
-            or self.surfaces.made.request.drawing is not self.surfaces.edits.drawing
+            or self.surfaces.made.task.drawing is not self.surfaces.edits.drawing
         ):
             # Until its surface is there, patches go by the curves of the drawing before.
             return None

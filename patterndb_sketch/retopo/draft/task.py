@@ -1,16 +1,27 @@
-"""What is drafted, with what, how the draft is to be, and how much may be made in vain."""
+"""What is drafted, with what, how the draft is to be, and how much may be made in vain.
+
+The command line reads the options of :class:`DraftRequest` here: what takes long to import is
+imported where it is used.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Literal
 
-from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.judging import MOST_OFF
-from patterndb_sketch.retopo.draft.sharpedges import SharpRule
-from patterndb_sketch.retopo.network import Network
-from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.symmetry import Half
-from query.engine import PatternSource
+from msgspec import Meta
+
+from patterndb.system.requests import Request, option
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.sizes import EDGE
+
+if TYPE_CHECKING:
+    from patterndb.geometry.surface import Surface
+    from patterndb_sketch.retopo.draft.sharpedges import SharpRule
+    from patterndb_sketch.retopo.network import Network
+    from patterndb_sketch.retopo.sizes import Sizes
+    from patterndb_sketch.retopo.symmetry import Half
+    from query.engine import PatternSource
 
 #: Edges of the mesh that the field is solved on, in target edges.
 REMESHED = 0.4
@@ -21,6 +32,56 @@ MOST_IN_VAIN = 6000
 
 #: The same for the half of a symmetric surface: the whole is still to be tried then.
 IN_VAIN_BY_HALVES = 2000
+
+
+class DraftRequest(Request, frozen=True, kw_only=True):
+    """How a surface is to be drafted: the tool ``draft``, and ``patterndb retopo --draft``.
+
+    Raises InvalidRetopoError for an invalid value, RefusedError for options that contradict each
+    other.
+    """
+
+    error = InvalidRetopoError
+
+    edge: Annotated[
+        Annotated[float, Meta(gt=0)] | None,
+        option(
+            "Target length of the quads' edges, in the surface's unit.",
+            metavar="LENGTH",
+            section="draft",
+            default=f"{100.0 * EDGE:g} % of the diagonal",
+        ),
+    ] = None
+    quads: Annotated[
+        Annotated[int, Meta(ge=20, le=200_000)] | None,
+        option("About how many quads, instead of a length of edges.", metavar="N", section="draft"),
+    ] = None
+    sharp: Annotated[
+        Literal["auto", "none"] | Annotated[float, Meta(ge=1, le=179)],
+        option(
+            "Keep sharp edges: those that stand out, all whose triangles meet at more than ANGLE "
+            "degrees, or none.",
+            metavar="auto|ANGLE|none",
+            section="draft",
+        ),
+    ] = "auto"
+    symmetry: Annotated[
+        bool,
+        option(
+            "Work on one half of a surface that is symmetric.",
+            flag="--symmetry/--no-symmetry",
+            section="draft",
+        ),
+    ] = True
+    strict: Annotated[
+        bool,
+        option("Refuse all where a part cannot be drafted well.", section="draft"),
+    ] = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.edge is not None and self.quads is not None:
+            raise RefusedError("edge and quads both say how fine a draft is; give one of them")
 
 
 @dataclass(slots=True)
@@ -65,6 +126,8 @@ class DraftGoal:
 
     def allow_off(self, surface: Surface) -> float:
         """Return how far off a surface quads may be, in its diagonals."""
+        from patterndb_sketch.retopo.draft.judging import MOST_OFF
+
         if self.quad is None:
             return MOST_OFF
         return max(MOST_OFF, OFF_IN_EDGES * self.quad / surface.diagonal)

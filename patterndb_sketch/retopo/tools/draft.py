@@ -9,13 +9,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.arguments import (
-    Argument,
-    Flag,
-    Number,
-    WordOrNumber,
-    optional_length,
-)
+from patterndb_sketch.retopo.arguments import list_arguments
 from patterndb_sketch.retopo.draft.byparts import (
     EDGES,
     fill_as_placed,
@@ -30,6 +24,7 @@ from patterndb_sketch.retopo.draft.task import (
     IN_VAIN_BY_HALVES,
     DraftBudget,
     DraftGoal,
+    DraftRequest,
     DraftTask,
 )
 from patterndb_sketch.retopo.errors import RefusedError
@@ -65,7 +60,8 @@ class _MadeDraft:
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    state, goal = _read_goal(work, a)
+    asked = DraftRequest(**a)
+    state, goal = _read_goal(work, asked)
     parted = part_touching(work.surface)
     surface = parted.surface
     notes: list[str] = []
@@ -73,10 +69,10 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         places = work.surface.vertices[parted.touching]
         said = count_places("a vertex", "vertices", places)
         notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
-    drafting = _Drafting(work, state, surface, a["symmetry"], a["strict"])
+    drafting = _Drafting(work, state, surface, asked)
     best = drafting.draft(goal)
     made = best.made
-    if not made.sound and (a["strict"] or made.report.tangled or not made.report.quads):
+    if not made.sound and (asked.strict or made.report.tangled or not made.report.quads):
         raise RefusedError(
             f"no draft: there would be {'; '.join(made.flaws)}, by all that was tried; "
             "take another edge, mend the surface there, or draw by hand"
@@ -86,20 +82,18 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     now = replace(best.state, network=best.made.network)
     if goal.quad is not None:
         now = replace(now, sizes=replace(now.sizes, edge=goal.quad))
-    return Result(now, (*notes, *best.notes, *_describe(best, a["quads"])))
+    return Result(now, (*notes, *best.notes, *_describe(best, asked.quads)))
 
 
-def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
+def _read_goal(work: ToolWork, asked: DraftRequest) -> tuple[State, DraftGoal]:
     """Read what is wanted; raises RefusedError for edges out of proportion."""
     state, surface = work.state, work.surface
     low, high = LEAST_EDGE * surface.diagonal, MOST_EDGE * surface.diagonal
     quad: float | None = None
-    edge = state.sizes.edge if a["edge"] is None else a["edge"]
-    if a["quads"] is not None:
-        if a["edge"] is not None:
-            raise RefusedError("edge and quads both say how fine a draft is; give one of them")
+    edge = state.sizes.edge if asked.edge is None else asked.edge
+    if asked.quads is not None:
         area = float(surface.areas.sum())
-        quad = float(np.sqrt(area / a["quads"]))
+        quad = float(np.sqrt(area / asked.quads))
         edge = min(max(quad, float(np.sqrt(area / MOST_LAID)), low), high)
     if not low <= edge <= high:
         raise RefusedError(
@@ -107,24 +101,22 @@ def _read_goal(work: ToolWork, a: dict[str, Any]) -> tuple[State, DraftGoal]:
             f"give edge from {round_up(low):g} to {round_down(high):g}"
         )
     state = replace(state, sizes=replace(state.sizes, edge=edge))
-    sharp = a["sharp"]
-    rules = {"auto": AUTOMATIC, "none": None}
-    rule = rules[sharp] if sharp in rules else SharpRule.above(sharp)
-    return state, DraftGoal(quad, rule, strict=a["strict"])
+    sharp = asked.sharp
+    if isinstance(sharp, str):
+        rule = AUTOMATIC if sharp == "auto" else None
+    else:
+        rule = SharpRule.above(sharp)
+    return state, DraftGoal(quad, rule, strict=asked.strict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Drafting:
-    """Drafts of one surface with different goals.
-
-    symmetry: is a symmetric surface drafted by halves? strict: is all refused where something is?
-    """
+    """Drafts of one surface with different goals."""
 
     work: ToolWork
     state: State
     surface: Surface
-    symmetry: bool
-    strict: bool
+    asked: DraftRequest
 
     def draft(self, goal: DraftGoal) -> _MadeDraft:
         """Draft one half where the surface is symmetric, bare and comes out well so; else all."""
@@ -157,14 +149,14 @@ class _Drafting:
         low, high = LEAST_EDGE * diagonal, MOST_EDGE * diagonal
         edges = tuple(times for times in EDGES if low <= times * self.state.sizes.edge <= high)
         task = DraftTask(work.network, self.surface, self.state.sizes, work.source, work.half, goal)
-        found = propose_by_parts(task, edges, strict=self.strict)
+        found = propose_by_parts(task, edges, strict=self.asked.strict)
         return _MadeDraft(found.made, self.state, found.notes, found.creased)
 
     def _draft_half(self, goal: DraftGoal) -> tuple[_MadeDraft | None, str | None]:
         """Draft one half; None where the surface has none, and where that is refused, with why."""
         work, state, surface = self.work, self.state, self.surface
         drawn = any(not chain.marked for chain in work.network.chains.values())
-        may_halve = self.symmetry and not drawn and state.plane is None
+        may_halve = self.asked.symmetry and not drawn and state.plane is None
         found = propose_plane(surface) if may_halve else None
         if found is None or not found.symmetric:
             return None, None
@@ -279,17 +271,7 @@ def _describe(draft: _MadeDraft, wanted: int | None) -> tuple[str, ...]:
 DRAFT = Tool(
     "draft",
     "Propose a network for the whole surface, to be edited like any other.",
-    {
-        "edge": optional_length("target length of the quads' edges"),
-        "quads": Argument(Number(20, 200_000, True), "about how many quads; not with edge", None),
-        "sharp": Argument(
-            WordOrNumber(("auto", "none"), Number(1.0, 179.0)),
-            "which edges are sharp, and kept: found, none, or all above an angle in degrees",
-            "auto",
-        ),
-        "symmetry": Argument(Flag(), "work on one half of a surface that is symmetric", True),
-        "strict": Argument(Flag(), "refuse all where a part cannot be drafted well", False),
-    },
+    list_arguments(DraftRequest),
     _act,
     position=235,
     holds=True,

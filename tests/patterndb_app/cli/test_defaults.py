@@ -15,10 +15,10 @@ from patterndb_sketch.features.registration import register
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.retopo.sizes import EDGE
 from patterndb_sketch.retopo.tools.draft import DRAFT
-from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, SurfaceOptions
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, SurfaceRequest
 from tests.support.cli.commandline import run
 
-SNAP, SURFACE = SnapSettings(), SurfaceOptions()
+SNAP, SURFACE = SnapSettings(), SurfaceRequest()
 DELTA, ROUNDS = (signature(register).parameters[name].default for name in ("delta", "rounds"))
 
 #: What the sketch verbs do without an option: the library's own defaults, as help writes them.
@@ -36,7 +36,7 @@ USED = {
     ("shape-model build", "delta"): DELTA,
     ("shape-model build", "rounds"): ROUNDS,
     ("shape-model sample", "seed"): 0,
-    ("surface", "method"): f"{DEFAULT_METHOD}; chords with --alpha or --any-chord",
+    ("surface", "method"): DEFAULT_METHOD,
     ("surface", "alpha"): SURFACE.alpha,
     ("surface", "tolerance"): "what follows from the drawing",
     ("surface", "up"): "y",

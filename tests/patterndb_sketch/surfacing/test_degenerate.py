@@ -16,7 +16,7 @@ from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.cycles.closing import list_half_curves
 from patterndb_sketch.surfacing.cycles.measures import measure_cycles, rate_badness
-from patterndb_sketch.surfacing.methods import METHODS, SurfaceOptions
+from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.networkfile import parse_drawing
 from patterndb_sketch.surfacing.surfaces import surface
 
@@ -77,7 +77,7 @@ def test_degenerate_curves_are_surfaced_or_refused(seed: int, tolerance: float |
             return
         for name in (name for name, one in METHODS.items() if not one.needs_database):
             if found.cycles:
-                made = surface(network, found.cycles, options=SurfaceOptions(method=name))
+                made = surface(network, found.cycles, method=name)
                 assert np.isfinite(made.points).all()
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.fairing import find_smooth_curves
-from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.methods import SurfaceRequest
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.sampling import (
     default_spacing,
@@ -24,7 +24,7 @@ from patterndb_sketch.surfacing.surfaces import LoopMemory, surface
 from patterndb_sketch.surfacing.tessellation import area
 from tests.support.surfacing.networks import cube, faces_network, shuffled, torus
 
-FAIR = SurfaceOptions(fair=True)
+FAIR = SurfaceRequest(fair=True)
 
 
 def bent(network: CurveNetwork, onto: object, edges: int = 40) -> CurveNetwork:
@@ -107,7 +107,7 @@ def far_from_sphere(made: Surfacing) -> NDArray[np.float64]:
 
 @pytest.mark.parametrize("network", [octants(), cubed_sphere()], ids=["octants", "cube"])
 def test_a_sphere_in_patches_has_one_normal_along_its_curves(network: CurveNetwork) -> None:
-    before, after = surface(network), surface(network, options=FAIR)
+    before, after = surface(network), surface(network, request=FAIR)
     every = range(len(network.curves))
     assert after.notes == (f"faired across {len(every)} of {len(every)} curves between patches",)
     assert angles_across(after, every).mean() < angles_across(before, every).mean()
@@ -124,7 +124,7 @@ def test_a_sphere_in_patches_has_one_normal_along_its_curves(network: CurveNetwo
 
 def test_curves_stay_to_the_bit() -> None:
     network = octants()
-    before, after = surface(network), surface(network, options=FAIR)
+    before, after = surface(network), surface(network, request=FAIR)
     n = len(before.sampling.points)
     assert before.points[:n].tobytes() == after.points[:n].tobytes()
     assert len(before.points) == len(after.points)
@@ -139,9 +139,9 @@ def test_curves_stay_to_the_bit() -> None:
 def test_creases_stay() -> None:
     # A cube has nothing else, and is flat; a barrel's rims break, its sides go on.
     flat = cube()
-    assert np.array_equal(surface(flat).points, surface(flat, options=FAIR).points)
+    assert np.array_equal(surface(flat).points, surface(flat, request=FAIR).points)
     network = barrel()
-    made = surface(network, options=FAIR)
+    made = surface(network, request=FAIR)
     sampling = made.sampling
     smooth = find_smooth_curves(network, sampling, network.cycles)
     upright = [i for i, curve in enumerate(network.curves) if np.ptp(curve.points[:, 2]) > 1.0]
@@ -179,7 +179,7 @@ def test_a_patch_beside_a_flat_one_gives_way_alone() -> None:
         Cycle(((3, False), (5, False), (6, True), (4, True))),
     )
     network = CurveNetwork(tuple(curves), nodes, cycles)
-    before, after = surface(network), surface(network, options=FAIR)
+    before, after = surface(network), surface(network, request=FAIR)
     floor = np.unique(np.concatenate(after.patches[0].faces))
     assert np.ptp(after.points[floor, 2]) == 0.0
     assert angles_across(after, [3]).mean() < angles_across(before, [3]).mean()
@@ -187,14 +187,14 @@ def test_a_patch_beside_a_flat_one_gives_way_alone() -> None:
 
 def test_the_result_knows_no_order_and_no_memory() -> None:
     network = octants()
-    made = surface(network, options=FAIR)
-    other = surface(shuffled(network, 3), options=FAIR)
+    made = surface(network, request=FAIR)
+    other = surface(shuffled(network, 3), request=FAIR)
     assert np.allclose(
         np.sort(made.points.round(9), axis=0), np.sort(other.points.round(9), axis=0)
     )
     memory = LoopMemory()
     surface(network, memory=memory)
-    again = surface(network, options=FAIR, memory=memory)
+    again = surface(network, request=FAIR, memory=memory)
     assert all(patch.reused for patch in again.patches)
     assert again.points.tobytes() == made.points.tobytes()
     # Unfaired is as before: memory keeps surfaces as their own loops have them.
@@ -204,9 +204,7 @@ def test_the_result_knows_no_order_and_no_memory() -> None:
 def test_other_methods_and_coarse_cages_stay_as_they_are() -> None:
     network = octants()
     for method in ("chords", "area"):
-        plain, fair = (
-            surface(network, options=SurfaceOptions(method, fair=f)) for f in (False, True)
-        )
+        plain, fair = (surface(network, method=method, fair=f) for f in (False, True))
         assert np.array_equal(plain.points, fair.points)
         assert fair.notes == ("faired across 0 of 12 curves between patches",)
     cage = torus(6, 4)

@@ -13,7 +13,7 @@ from patterndb_sketch.curvenetwork.network import CurveNetwork, InvalidNetworkEr
 from patterndb_sketch.surfacing.methods import (
     DEFAULT_METHOD,
     METHODS,
-    SurfaceOptions,
+    SurfaceRequest,
     SurfacingMethod,
     describe_methods,
 )
@@ -69,7 +69,7 @@ def test_a_loop_becomes_a_disk_with_exactly_its_boundary(
 ) -> None:
     points = standard_loops()[name]
     loop = as_loop(points)
-    made = surface_loop(loop, SurfaceOptions(method.name), 0.3, db)
+    made = surface_loop(loop, SurfaceRequest(method=method.name), 0.3, db)
     assert made.method in METHODS
     # Another method may stand in, and says why.
     assert made.method == method.name or made.note
@@ -89,7 +89,7 @@ def test_a_loop_becomes_a_disk_with_exactly_its_boundary(
 def test_a_closed_network_becomes_a_watertight_surface(
     method: SurfacingMethod, network: CurveNetwork, euler: int, db: patterndb.Database
 ) -> None:
-    made = surface(network, options=SurfaceOptions(method.name), db=db)
+    made = surface(network, method=method.name, db=db)
     assert [patch.method for patch in made.patches] == [method.name] * len(network.cycles)
     assert_closed(made.triangles, euler)
     assert np.array_equal(made.points[: len(made.sampling.points)], made.sampling.points)
@@ -99,21 +99,20 @@ def test_a_closed_network_becomes_a_watertight_surface(
 def test_what_a_method_needs_is_asked_for(method: SurfacingMethod) -> None:
     if method.needs_database:
         with pytest.raises(InvalidNetworkError, match=f"{method.name} come from a pattern"):
-            surface(cube(), options=SurfaceOptions(method.name))
-        lone = surface_loop(as_loop(around(16)), SurfaceOptions(method.name), 0.3)
+            surface(cube(), method=method.name)
+        lone = surface_loop(as_loop(around(16)), SurfaceRequest(method=method.name), 0.3)
         assert lone.method != method.name
     else:
-        made = surface(cube(), options=SurfaceOptions(method.name))
+        made = surface(cube(), method=method.name)
         assert {patch.method for patch in made.patches} == {method.name}
 
 
 def test_the_table_names_its_methods() -> None:
     assert list(METHODS) == [method.name for method in METHODS.values()]
-    assert SurfaceOptions().method == DEFAULT_METHOD
+    assert SurfaceRequest().method == DEFAULT_METHOD
     assert not METHODS[DEFAULT_METHOD].needs_database
-    names = ", ".join(f'"{name}"' for name in list(METHODS)[:-1])
-    with pytest.raises(InvalidNetworkError, match=f'give {names} or "{list(METHODS)[-1]}"'):
-        SurfaceOptions("none of them")
+    with pytest.raises(InvalidNetworkError, match=f"there are {', '.join(METHODS)}"):
+        SurfaceRequest(method="none of them")
 
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=list(METHODS))

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing import tessellation
-from patterndb_sketch.surfacing.methods import MOST_GRIDS, SurfaceOptions, make_smooth
+from patterndb_sketch.surfacing.methods import MOST_GRIDS, SurfaceRequest, make_smooth
 from patterndb_sketch.surfacing.parallelograms import (
     FEWEST,
     choose_spans,
@@ -156,7 +156,7 @@ def test_bent_patches_of_a_saddle_are_nearer_than_by_chords() -> None:
     steps = np.linalg.norm(np.roll(loop.points, -1, axis=0) - loop.points, axis=1)
     far = {}
     for name in ("smooth", "chords", "area"):
-        made = surface_loop(loop, SurfaceOptions(name), steps.mean())
+        made = surface_loop(loop, SurfaceRequest(method=name), steps.mean())
         points = np.concatenate([loop.points, made.points])
         far[name] = distance(Surface.from_arrays(points, as_triangles(made.faces)), meant).mean
     assert far["smooth"] < 0.5 * min(far["chords"], far["area"])
@@ -174,7 +174,7 @@ def test_grids_that_cross_themselves_give_way_to_others_and_then_to_chords(
 
     monkeypatch.setattr(tessellation, "find_self_intersections", find)
     loop = next(cycle for cycle in list_intended() if cycle.name == "cup quarter").loop
-    made = make_smooth(loop, SurfaceOptions("smooth"), 0.3, None)
+    made = make_smooth(loop, SurfaceRequest(method="smooth"), 0.3, None)
     assert made.method == method
     assert len(calls) == min(crossing + 1, MOST_GRIDS)
     assert ("crosses itself" in made.note) == (method == "chords")
@@ -183,5 +183,5 @@ def test_grids_that_cross_themselves_give_way_to_others_and_then_to_chords(
 def test_a_figure_eight_is_filled_without_crossings_or_says_why_not() -> None:
     angle = 2 * np.pi * np.arange(24) / 24
     points = np.stack([np.sin(angle), np.sin(2 * angle), 0.3 * np.cos(angle)], axis=1)
-    made = surface_loop(as_loop(points), SurfaceOptions("smooth"), 0.3)
+    made = surface_loop(as_loop(points), SurfaceRequest(method="smooth"), 0.3)
     assert made.self_intersections == 0 or made.note

@@ -14,7 +14,7 @@ from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
 from patterndb_sketch.surfacing.surfaces import (
     STAGES_KEPT,
     LoopMemory,
-    SurfaceOptions,
+    SurfaceRequest,
     find_start,
     surface,
     turn_loop,
@@ -64,7 +64,7 @@ def db() -> patterndb.Database:
 def test_closed_networks_have_closed_surfaces(
     network: CurveNetwork, euler: int, method: str, db: patterndb.Database
 ) -> None:
-    made = surface(network, options=SurfaceOptions(method), db=db)
+    made = surface(network, method=method, db=db)
     assert [patch.method for patch in made.patches] == [method] * len(network.cycles)
     assert all(patch.note == "" for patch in made.patches)
     assert is_watertight(made)
@@ -98,12 +98,10 @@ def test_the_result_does_not_depend_on_how_the_network_is_handed_over() -> None:
 
 def test_triangles_and_quads_have_the_same_vertices_on_the_curves(db: patterndb.Database) -> None:
     network = cube()
-    quads = surface(network, options=SurfaceOptions("quads"), db=db)
+    quads = surface(network, method="quads", db=db)
     # The same counts, forced by one patch of quads: vertices of the curves are the same.
     some = {network.cycles[0]: "quads"}
-    mixed = surface(
-        network, methods=some, options=SurfaceOptions(spacing=quads.sampling.spacing), db=db
-    )
+    mixed = surface(network, methods=some, spacing=quads.sampling.spacing, db=db)
     n = len(quads.sampling.points)
     assert np.array_equal(quads.sampling.points, mixed.sampling.points)
     assert [patch.method for patch in mixed.patches] == ["quads"] + ["smooth"] * 5
@@ -121,7 +119,7 @@ def test_loops_met_before_are_not_surfaced_again() -> None:
     again = surface(shuffled(network, 1), memory=memory)
     assert all(patch.reused for patch in again.patches)
     assert again.area == pytest.approx(first.area)
-    other = surface(network, options=SurfaceOptions(alpha=0.5), memory=memory)
+    other = surface(network, alpha=0.5, memory=memory)
     assert not any(patch.reused for patch in other.patches)
 
 
@@ -144,7 +142,7 @@ def test_a_cycle_that_cannot_be_surfaced_has_a_note_and_spares_the_others() -> N
 
     square = Cycle(tuple((i, False) for i in range(4)))
     sliver = Cycle(((0, False), (4, True)))
-    made = surface(network, [square, sliver], options=SurfaceOptions(spacing=2.0))
+    made = surface(network, [square, sliver], spacing=2.0)
     assert made.patches[0].method == "smooth"
     assert made.patches[1].method is None
     assert made.patches[1].faces == ()
@@ -155,11 +153,11 @@ def test_a_search_too_large_is_answered_by_the_least_area() -> None:
     t = np.linspace(0, 2 * math.pi, 60, endpoint=False)
     wavy = np.c_[3 * np.cos(t), np.sin(t), np.sin(4 * t)]
     network = ring(wavy)
-    options = SurfaceOptions("chords", area_price=None, max_subproblems=3)
-    (patch,) = surface(network, options=options).patches
+    options = SurfaceRequest(method="chords", area_price=math.inf, max_subproblems=3)
+    (patch,) = surface(network, request=options).patches
     assert patch.method == "area"
     assert "3 sub-problems" in patch.note
-    (patch,) = surface(network, options=SurfaceOptions("chords")).patches
+    (patch,) = surface(network, method="chords").patches
     assert patch.method == "chords"
     assert patch.note == ""
 
@@ -183,13 +181,13 @@ def test_slips_are_refused() -> None:
     with pytest.raises(InvalidNetworkError, match="no cycles"):
         surface(bare)
     with pytest.raises(InvalidNetworkError, match="pattern database"):
-        surface(network, options=SurfaceOptions("quads"))
+        surface(network, method="quads")
     with pytest.raises(InvalidNetworkError, match="spacing"):
-        surface(network, options=SurfaceOptions(spacing=0.0))
+        surface(network, spacing=0.0)
     with pytest.raises(InvalidNetworkError, match="alpha"):
-        SurfaceOptions(alpha=-1)
+        SurfaceRequest(alpha=-1)
     with pytest.raises(InvalidNetworkError, match="method"):
-        SurfaceOptions(method="lofting")  # pyright: ignore[reportArgumentType]
+        SurfaceRequest(method="lofting")  # pyright: ignore[reportArgumentType]
 
 
 def test_a_loop_is_walked_by_convention() -> None:
@@ -232,8 +230,6 @@ def test_a_lone_loop_is_followed_as_closely_as_four_quarters(
     loop = np.stack([np.cos(turn), np.sin(turn), 0.2 * np.cos(2.0 * turn)], axis=1)
     loop[-1] = loop[0]
     network = network_of_polylines([loop])
-    made = surface(
-        network, find_cycles(network).cycles, options=SurfaceOptions(method=method), db=db
-    )
+    made = surface(network, find_cycles(network).cycles, method=method, db=db)
     rim = made.points[np.linalg.norm(made.points[:, :2], axis=1) > 0.999]
     assert len(rim) >= 4 * (12 if method == "smooth" else 4)

@@ -7,7 +7,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.curvenetwork.joining import network_of_polylines
 from patterndb_sketch.curvenetwork.network import CurveNetwork
-from patterndb_sketch.surfacing import SurfaceOptions, find_cycles, surface
+from patterndb_sketch.surfacing import find_cycles, surface
 from query.placing import Surface
 from tests.support.surfacing.surfacedistance import distance
 
@@ -39,7 +39,7 @@ def measure_strip(degrees: float, height: float, method: str) -> tuple[float, st
     cycles = find_cycles(network).cycles
     if len(cycles) != 1:
         return None
-    made = surface(network, cycles, options=SurfaceOptions(method))
+    made = surface(network, cycles, method=method)
     low, high = bend_strip(degrees, height, FINE)
     at = np.arange(FINE - 1)
     quads = np.stack([at, at + 1, FINE + at + 1, FINE + at], axis=1)

@@ -10,7 +10,7 @@ import numpy as np
 from patterndb_sketch.curvenetwork.drawing import Drawing
 from patterndb_sketch.curvenetwork.naming import named_cycle
 from patterndb_sketch.curvenetwork.network import Curve, CurveNetwork, Cycle
-from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.methods import SurfaceRequest
 from tests.support.viewer.sayings import read_sheet
 from viewer.facts import FactSheet
 from viewer.keymap import Effect
@@ -76,7 +76,7 @@ FROM_ABOVE: dict[str, Any] = {"toward": (0.0, 0.0, 1.0), "up": (0.0, 1.0, 0.0)}
 
 def opened(source: object = None, **options: object) -> SurfacingState:
     """Open a drawing, cut along chords: there is more to try than with the default method."""
-    wanted = FROM_ABOVE | {"settings": SurfaceOptions("chords")} | options
+    wanted = FROM_ABOVE | {"settings": SurfaceRequest(method="chords")} | options
     state = SurfacingState(dome() if source is None else source, **wanted)  # type: ignore[arg-type]
     compose_surface(state, 1040.0, 860.0)
     state.settle()

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import patterndb
 from patterndb_sketch.curvenetwork.network import Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.methods import SurfaceRequest
 from patterndb_sketch.surfacing.patchsurface import (
     PatchSurface,
     choose_piece_tints,
@@ -45,7 +43,7 @@ def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
         counts[share] = pieces(state)
         wanted = surface(
             dome(),
-            options=replace(state.surfaces.settings, spacing=state.surfaces.made.request.spacing),
+            request=state.surfaces.settings.having(spacing=state.surfaces.made.task.spacing),
         )  # type: ignore[union-attr]
         assert [len(p.faces) for p in wanted.patches] == [
             len(p.faces) for p in state.surfaces.patches
@@ -230,7 +228,7 @@ def test_methods_for_all_and_for_one() -> None:
 
 
 def test_the_price_of_chords_cuts_loops_along_chords() -> None:
-    state = opened(settings=SurfaceOptions())
+    state = opened(settings=SurfaceRequest())
     try:
         assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
         keys(state, "+")
@@ -241,7 +239,7 @@ def test_the_price_of_chords_cuts_loops_along_chords() -> None:
 
 
 def test_patches_are_faired_and_left_by_themselves() -> None:
-    state = opened(settings=SurfaceOptions())
+    state = opened(settings=SurfaceRequest())
     try:
         seen: list[np.ndarray] = []
         for key in ("", "f", "f"):
@@ -249,8 +247,8 @@ def test_patches_are_faired_and_left_by_themselves() -> None:
             made = state.surfaces.made
             assert made is not None and made.surfacing is not None
             seen.append(made.surfacing.points)
-            settings = SurfaceOptions(fair=key == "f" and len(seen) == 2)
-            wanted = surface(dome(), options=replace(settings, spacing=made.request.spacing))
+            settings = SurfaceRequest(fair=key == "f" and len(seen) == 2)
+            wanted = surface(dome(), request=settings.having(spacing=made.task.spacing))
             assert np.array_equal(made.surfacing.points, wanted.points)
             assert made.surfacing.notes == wanted.notes
         assert not np.array_equal(seen[0], seen[1])
@@ -310,7 +308,7 @@ def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
 
 
 def test_a_body_has_every_face_once() -> None:
-    made = surface(dome(), options=SurfaceOptions("chords", alpha=0.05))
+    made = surface(dome(), method="chords", alpha=0.05)
     body = PatchSurface.of(made, {})
     assert len(body.corners) == len(made.triangles) == len(body.owners) == len(body.tints)
     assert (body.corners == made.points[made.triangles]).all()

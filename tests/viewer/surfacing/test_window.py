@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from patterndb_sketch.surfacing.methods import SurfaceOptions
+from patterndb_sketch.surfacing.methods import SurfaceRequest
 from patterndb_sketch.surfacing.patch import Surfacing
 from tests.support.viewer.domes import FROM_ABOVE, dome, said
 from tests.support.viewer.events import read
@@ -65,7 +65,7 @@ def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_window_says_what_is_known() -> None:
-    state = SurfacingState(dome(), settings=SurfaceOptions("chords"), **FROM_ABOVE)
+    state = SurfacingState(dome(), settings=SurfaceRequest(method="chords"), **FROM_ABOVE)
     try:
         state.settle()
         texts = said(state)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.curvenetwork.network import CurveNetwork
-from patterndb_sketch.surfacing import SurfaceOptions, Surfacing, find_cycles, read_drawing, surface
+from patterndb_sketch.surfacing import SurfaceRequest, Surfacing, find_cycles, read_drawing, surface
 from patterndb_sketch.surfacing.surfaces import GrowingSketch
 from tests.support.shared import CHECKOUT
 from tests.support.surfacing.networkfiles import list_graphs
@@ -29,7 +29,7 @@ def same(one: Surfacing, other: Surfacing) -> bool:
 
 
 def from_scratch(network: CurveNetwork, spacing: float) -> Surfacing:
-    return surface(network, find_cycles(network).cycles, options=SurfaceOptions(spacing=spacing))
+    return surface(network, find_cycles(network).cycles, spacing=spacing)
 
 
 @pytest.mark.parametrize("path", [TEACUP, *list_graphs("01-2-2")], ids=lambda path: path.stem)
@@ -73,7 +73,7 @@ def test_other_settings_make_other_surfaces() -> None:
     network = read_drawing(TEACUP).network
     growing = GrowingSketch()
     growing.stage(network)
-    growing.options = SurfaceOptions("area")
+    growing.options = SurfaceRequest(method="area")
     made = growing.stage(network).surfacing
     assert made is not None
     assert {patch.method for patch in made.patches} == {"area"}
