@@ -11,11 +11,11 @@ import click
 
 from patterndb_app.cli.fill import record_accepted
 from patterndb_app.cli.options import (
+    NUMBERS,
     Count,
     DatabaseChoice,
     FileName,
     MeshName,
-    Numbers,
     boundary_of,
     dbs_to_read,
     is_starter,
@@ -26,7 +26,7 @@ from patterndb_app.cli.options import (
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
-from patterndb_app.cli.search import Corners
+from patterndb_app.cli.search import CORNERS
 from patterndb_app.cli.text import say
 from query.request import FillRequest
 
@@ -50,11 +50,11 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="The mesh to draw and to fill on; a plane if not given.",
 )
-@click.option("--sides", type=Numbers(), help="A flat boundary of these edges instead.")
+@click.option("--sides", type=NUMBERS, help="A flat boundary of these edges instead.")
 @click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
 @click.option(
     "--corners",
-    type=Corners(),
+    type=CORNERS,
     help="With --sides: c convex, r reflex, where each side begins.",
 )
 @request_options(FillRequest, "tolerance")

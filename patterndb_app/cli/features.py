@@ -17,12 +17,13 @@ from patterndb.system.knownfiles import KnownFiles
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
     Count,
-    Direction,
     FileName,
     FileToWrite,
     MeshName,
+    Parsed,
     as_json,
     may_overwrite,
+    parse_vector,
     picture_path,
     read_model,
     require_viewer,
@@ -46,6 +47,21 @@ if TYPE_CHECKING:
     from patterndb_sketch.features.snap import SnapSettings
     from patterndb_sketch.features.splines import Constraint
     from patterndb_sketch.features.strokes import FeatureStroke, RecoveredCurve
+
+
+#: Directions by the names of axes.
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def _parse_direction(text: str) -> tuple[float, float, float]:
+    found = AXES.get(text) or parse_vector(text)
+    if found is None or not any(found):
+        raise ValueError(f"{text!r} is no direction like z or 1,0,0.5")
+    return found
+
+
+#: A direction: x, y, z or three numbers, 1,0,0.5.
+DIRECTION = Parsed("direction", _parse_direction, has_commas=True)
 
 
 @click.command(
@@ -84,7 +100,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--axis",
-    type=Direction(),
+    type=DIRECTION,
     default=AXIS,
     show_default=True,
     help="The direction that normals are measured from: x, y, z or three numbers.",

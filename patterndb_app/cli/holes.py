@@ -24,7 +24,7 @@ from patterndb_app.cli.options import (
     FileName,
     FileToWrite,
     MeshName,
-    ParamType,
+    Parsed,
     as_json,
     dbs_to_read,
     limit_command,
@@ -60,70 +60,53 @@ MOST_NUMBERS = 1_000_000
 FIXES = ("triangle", "edge-loop", "split", "merge")
 
 
-class IndexRanges(ParamType):
-    """Whole numbers and ranges of them with commas between: 3,17,20-25."""
-
-    name = "n,n-n,..."
-    has_commas = True
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, ...]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        found: list[int] = []
-        for part in str(value).replace(" ", "").split(","):
-            match = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", part)
-            if match is None:
-                self.fail(f"{part!r} is no number and no range; write 3,17,20-25", param, ctx)
-            first, last = int(match[1]), int(match[2] or match[1])
-            if last < first:
-                self.fail(f"the range {part} runs backwards; write {last}-{first}", param, ctx)
-            if len(found) + last - first >= MOST_NUMBERS:
-                self.fail(f"more than {MOST_NUMBERS:,} numbers", param, ctx)
-            found.extend(range(first, last + 1))
-        return tuple(found)
-
-
-class VertexCorners(ParamType):
-    """Quads at vertices, 17:1,23:3."""
-
-    name = "v:k,..."
-    has_commas = True
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> dict[int, int]:
-        if isinstance(value, dict):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        found: dict[int, int] = {}
-        for part in str(value).replace(" ", "").split(","):
-            match = re.fullmatch(r"([0-9]{1,9}):([1-4])", part)
-            if match is None:
-                self.fail(f"{part!r} is no vertex with 1 to 4 quads; write 17:1,23:3", param, ctx)
-            found[int(match[1])] = int(match[2])
-        return found
-
-
-class VertexFlow(ParamType):
-    """A strand between two edges of a loop, named by the vertices where they begin, or "loop"."""
-
-    name = "v-w|loop"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int] | str:
-        if value == "loop" or isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        match = re.fullmatch(r"([0-9]{1,9})-([0-9]{1,9})", str(value).strip())
+def _parse_indices(text: str) -> tuple[int, ...]:
+    found: list[int] = []
+    for part in text.replace(" ", "").split(","):
+        match = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", part)
         if match is None:
-            self.fail(
-                f"{value!r} is no strand like 17-23, from the edge after vertex 17 to that after "
-                "23, and not loop",
-                param,
-                ctx,
-            )
-        return int(match[1]), int(match[2])
+            raise ValueError(f"{part!r} is no number and no range; write 3,17,20-25")
+        first, last = int(match[1]), int(match[2] or match[1])
+        if last < first:
+            raise ValueError(f"the range {part} runs backwards; write {last}-{first}")
+        if len(found) + last - first >= MOST_NUMBERS:
+            raise ValueError(f"more than {MOST_NUMBERS:,} numbers")
+        found.extend(range(first, last + 1))
+    return tuple(found)
+
+
+#: Whole numbers and ranges of them with commas between: 3,17,20-25.
+INDICES = Parsed("n,n-n,...", _parse_indices, has_commas=True)
+
+
+def _parse_corners(text: str) -> dict[int, int]:
+    found: dict[int, int] = {}
+    for part in text.replace(" ", "").split(","):
+        match = re.fullmatch(r"([0-9]{1,9}):([1-4])", part)
+        if match is None:
+            raise ValueError(f"{part!r} is no vertex with 1 to 4 quads; write 17:1,23:3")
+        found[int(match[1])] = int(match[2])
+    return found
+
+
+#: Quads at vertices, 17:1,23:3.
+VERTEX_CORNERS = Parsed("v:k,...", _parse_corners, has_commas=True)
+
+
+def _parse_flow(text: str) -> tuple[int, int] | str:
+    match = re.fullmatch(r"([0-9]{1,9})-([0-9]{1,9})", text.strip())
+    if text == "loop":
+        return text
+    if match is None:
+        raise ValueError(
+            f"{text!r} is no strand like 17-23, from the edge after vertex 17 to that after 23, "
+            "and not loop"
+        )
+    return int(match[1]), int(match[2])
+
+
+#: A strand between two edges of a loop, named by the vertices where they begin, or "loop".
+VERTEX_FLOW = Parsed("v-w|loop", _parse_flow)
 
 
 class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields=False):
@@ -162,11 +145,11 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
 @click.option(
     "--loop",
     "loops",
-    type=IndexRanges(),
+    type=INDICES,
     multiple=True,
     help="Vertices of the hole's rim, one or more, from 0. May be given again: several holes.",
 )
-@click.option("--faces", type=IndexRanges(), help="Faces to be made anew instead, from 0.")
+@click.option("--faces", type=INDICES, help="Faces to be made anew instead, from 0.")
 @click.option("--all", "every", is_flag=True, help="Fill every hole, each with its best fill.")
 @click.option(
     "--rank",
@@ -184,13 +167,13 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
 )
 @click.option(
     "--corners",
-    type=VertexCorners(),
+    type=VERTEX_CORNERS,
     help="Quads that shall meet within at vertices of the rim: 1 a corner, 2 none, 3, 4.",
 )
 @click.option(
     "--flow",
     "flows",
-    type=VertexFlow(),
+    type=VERTEX_FLOW,
     multiple=True,
     help="A strand from the rim's edge after vertex V to that after W, or a loop of quads; may be "
     "given again.",

@@ -437,46 +437,60 @@ def read_model(path: Path) -> Surface:
         raise InvalidMeshError(f"{path}: {error}") from None
 
 
-class Numbers(ParamType):
-    """Whole numbers with commas between: 3,5,4,6."""
+class Parsed(ParamType):
+    """A value that a function makes of its text; what is wrong with it, the function raises.
 
-    name = "n,n,..."
-    has_commas = True
+    name: the placeholder in the help. parse: raises ValueError with the message. has_commas: is it
+    a list with commas, between which no blanks may be?
+    """
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, ...]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        parts = [part.strip() for part in str(value).split(",")]
-        if not all(re.fullmatch(r"[+-]?[0-9]{1,18}", part) for part in parts):
-            self.fail(f"{value!r} is not a list of whole numbers like 3,5,4,6", param, ctx)
-        return tuple(int(part) for part in parts)
+    def __init__(
+        self, name: str, parse: Callable[[str], object], *, has_commas: bool = False
+    ) -> None:
+        self.name = name
+        self.has_commas = has_commas
+        self._parse = parse
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        try:
+            return self._parse(value)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
 
 
-class Range(ParamType):
-    """Two whole numbers, 3..5, from ``least`` on; one number means from it to itself."""
+def _parse_numbers(text: str) -> tuple[int, ...]:
+    parts = [part.strip() for part in text.split(",")]
+    if not all(re.fullmatch(r"[+-]?[0-9]{1,18}", part) for part in parts):
+        raise ValueError(f"{text!r} is not a list of whole numbers like 3,5,4,6")
+    return tuple(map(int, parts))
 
-    name = "a..b"
 
-    def __init__(self, least: int = 1) -> None:
-        self.least = least
+#: Whole numbers with commas between: 3,5,4,6.
+NUMBERS = Parsed("n,n,...", _parse_numbers, has_commas=True)
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        match = re.fullmatch(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?", str(value).strip())
-        if not match:
-            self.fail(f"{value!r} is not a range like 3..5", param, ctx)
-        low = int(match[1])
-        high = int(match[2] or match[1])
-        if low > high:
-            self.fail(f"the range {value} runs backwards; write {high}..{low}", param, ctx)
-        if low < self.least:
-            self.fail(f"{low} is too few; the least is {self.least}", param, ctx)
-        return low, high
+
+def _parse_range(text: str, least: int) -> tuple[int, int]:
+    """Parse two whole numbers, 3..5, from ``least`` on; one number means from it to itself."""
+    match = re.fullmatch(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?", text.strip())
+    if not match:
+        raise ValueError(f"{text!r} is not a range like 3..5")
+    low, high = int(match[1]), int(match[2] or match[1])
+    if low > high:
+        raise ValueError(f"the range {text} runs backwards; write {high}..{low}")
+    if low < least:
+        raise ValueError(f"{low} is too few; the least is {least}")
+    return low, high
+
+
+def parse_vector(text: str) -> tuple[float, float, float] | None:
+    """Parse the numbers of 1,0,0.5; None if the text is not three finite ones."""
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        return None
+    return (x, y, z) if all(map(math.isfinite, (x, y, z))) else None
 
 
 def picture_path(*suffixes: str) -> ParamType:
@@ -541,7 +555,8 @@ def _find_type(one: Option) -> ParamType | None:
     if isinstance(kind, IntType | FloatType):
         return _find_range(kind)
     if isinstance(kind, TupleType):
-        return Range(getattr(strip_type(kind.item_types[0]), "ge", 0))
+        least = getattr(strip_type(kind.item_types[0]), "ge", 0)
+        return Parsed("a..b", lambda text: _parse_range(text, least))
     return None
 
 
@@ -592,110 +607,3 @@ def list_flags(kind: type[Request], section: str) -> tuple[str, ...]:
     """List the options of a request in a section of the help, as they are written there."""
     every = list_options(kind).values()
     return tuple(one.flag.split("/")[0] for one in every if one.text.section == section)
-
-
-def three_numbers(text: str) -> tuple[float, float, float] | None:
-    """The numbers of 1,0,0.5; None if the text is not three finite ones."""
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        return None
-    return (x, y, z) if all(map(math.isfinite, (x, y, z))) else None
-
-
-#: Directions by the names of axes.
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-
-
-class Direction(ParamType):
-    """A direction: x, y, z or three numbers, 1,0,0.5."""
-
-    name = "direction"
-    has_commas = True
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[float, float, float]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        found = AXES.get(str(value)) or three_numbers(str(value))
-        if found is None or not any(found):
-            self.fail(f"{value!r} is no direction like z or 1,0,0.5", param, ctx)
-        return found
-
-
-class Source(ParamType):
-    """A shape to learn: MODEL=NETWORK, or a mesh that has the template's quads."""
-
-    name = "source"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[Path, Path | None]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        # A file whose name has a = is that file.
-        model, equals, network = (str(value), "", "")
-        if not Path(str(value)).exists():
-            model, equals, network = str(value).rpartition("=")
-            if not equals:
-                model, network = network, ""
-        mesh = MeshName().convert(model, param, ctx)
-        return mesh, FileName().convert(network, param, ctx) if equals else None
-
-
-class ModeParam(ParamType):
-    """A mode and its standard deviations: 1=2.0."""
-
-    name = "k=sigmas"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, float]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        match = re.fullmatch(r"([0-9]{1,9})=(.+)", str(value))
-        try:
-            number, sigmas = (int(match[1]), float(match[2])) if match else (0, math.nan)
-        except ValueError:
-            number, sigmas = 0, math.nan
-        if number < 1 or not math.isfinite(sigmas):
-            self.fail(f"{value!r} is not a mode and its deviations like 1=2.0", param, ctx)
-        return number, sigmas
-
-
-class DragParam(ParamType):
-    """A feature and how it is displaced: roof_rail=0,0,0.1."""
-
-    name = "feature=dx,dy,dz"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, tuple[float, float, float]]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        feature, _, numbers = str(value).rpartition("=")
-        by = three_numbers(numbers)
-        if not feature or by is None:
-            self.fail(f"{value!r} is not like roof_rail=0,0,0.1", param, ctx)
-        return feature, by
-
-
-class Hold(ParamType):
-    """A feature and the weight that holds it: sill=0.5; 1 if only the feature is given."""
-
-    name = "feature[=weight]"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, float]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        feature, equals, number = str(value).partition("=")
-        try:
-            weight = float(number) if equals else 1.0
-        except ValueError:
-            weight = math.nan
-        if not feature or not (math.isfinite(weight) and weight >= 0.0):
-            self.fail(f"{value!r} is not a feature and a weight like sill=0.5", param, ctx)
-        return feature, weight

@@ -15,8 +15,8 @@ from patterndb.errors import NotFoundError, TimeLimitError
 from patterndb.system.deadline import run_until_late
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
+    NUMBERS,
     Count,
-    Numbers,
     boundary_of,
     db_to_read,
     limit_command,
@@ -59,7 +59,7 @@ flat_option = click.option(
 
 @click.command()
 @click.argument("pattern", required=False)
-@click.option("--sides", type=Numbers(), help="Draw a fill of this boundary instead.")
+@click.option("--sides", type=NUMBERS, help="Draw a fill of this boundary instead.")
 @click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
 @click.option(
     "--rank",
@@ -70,7 +70,7 @@ flat_option = click.option(
     help="With --sides: the K-th fill, each of another pattern unless --flat is given.",
 )
 @flat_option
-@click.option("--widths", type=Numbers(), help="Widths of the pattern's polychords.")
+@click.option("--widths", type=NUMBERS, help="Widths of the pattern's polychords.")
 @db_to_read
 @click.option(
     "-o", "--output", type=PICTURE, required=True, metavar="FILE", help="The picture, PNG or SVG."
@@ -146,7 +146,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
         "Sheet": ("-o", "--overwrite", "--limit", "--per-page", "--plain", "--time-limit"),
     },
 )
-@click.option("--sides", type=Numbers(), help="The fills of this boundary instead.")
+@click.option("--sides", type=NUMBERS, help="The fills of this boundary instead.")
 @click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
 @db_to_read
 @click.option(

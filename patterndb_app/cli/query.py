@@ -14,9 +14,9 @@ from patterndb.system.deadline import is_late, refuse_if_late
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
+    NUMBERS,
     DatabaseChoice,
     FileName,
-    Numbers,
     as_json,
     boundary_of,
     dbs_to_read,
@@ -29,14 +29,14 @@ from patterndb_app.cli.options import (
 )
 from patterndb_app.cli.program import SectionedCommand, name_options
 from patterndb_app.cli.search import (
+    CORNERS,
     FILTER_OPTIONS,
+    FLOW,
     ORDER_OPTIONS,
     SEARCH_OPTIONS,
     TIME_LIMIT,
     AskedFills,
-    Corners,
     FillListing,
-    FlowParam,
     ListedFill,
     describe_stop,
     format_variants,
@@ -79,17 +79,17 @@ LONGEST_LINE = 32_000_000
         "Output": ("--json", "--obj", "--image", "--overwrite"),
     },
 )
-@click.option("--sides", type=Numbers(), help="Edges of every side, counter-clockwise.")
+@click.option("--sides", type=NUMBERS, help="Edges of every side, counter-clockwise.")
 @click.option("--closed", is_flag=True, help="One closed side without a corner: --sides 12.")
 @click.option(
     "--corners",
-    type=Corners(),
+    type=CORNERS,
     help="The corner where each side begins: c convex, r reflex.  [default: all convex]",
 )
 @click.option(
     "--flow",
     "flows",
-    type=FlowParam(),
+    type=FLOW,
     multiple=True,
     help="A strand from edge i of side a to edge j of side b, from 0; may be given again.",
 )

@@ -19,7 +19,7 @@ from patterndb.system.requests import list_options
 from patterndb_app.cli.options import (
     Count,
     F,
-    ParamType,
+    Parsed,
     list_flags,
     read_options,
     request_options,
@@ -39,45 +39,30 @@ if TYPE_CHECKING:
 KINDS = {"c": "convex", "convex": "convex", "r": "reflex", "reflex": "reflex"}
 
 
-class Corners(ParamType):
-    """Kinds of corners with commas between: c,c,r,c."""
-
-    name = "c,c,r,..."
-    has_commas = True
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, ...]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        words = [word.strip().lower() for word in str(value).split(",")]
-        for word in words:
-            if word not in KINDS:
-                self.fail(f"{word!r} is no corner; write c for convex or r for reflex", param, ctx)
-        return tuple(KINDS[word] for word in words)
+def _parse_corners(text: str) -> tuple[str, ...]:
+    words = [word.strip().lower() for word in text.split(",")]
+    for word in words:
+        if word not in KINDS:
+            raise ValueError(f"{word!r} is no corner; write c for convex or r for reflex")
+    return tuple(KINDS[word] for word in words)
 
 
-class FlowParam(ParamType):
-    """A stroke from edge i of side a to edge j of side b: a:i-b:j."""
+#: Kinds of corners with commas between: c,c,r,c.
+CORNERS = Parsed("c,c,r,...", _parse_corners, has_commas=True)
 
-    name = "a:i-b:j"
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[BoundaryEdge, BoundaryEdge]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        match = re.fullmatch(
-            r"([0-9]{1,6}):([0-9]{1,6})-([0-9]{1,6}):([0-9]{1,6})", str(value).strip()
+def _parse_flow(text: str) -> tuple[BoundaryEdge, BoundaryEdge]:
+    match = re.fullmatch(r"([0-9]{1,6}):([0-9]{1,6})-([0-9]{1,6}):([0-9]{1,6})", text.strip())
+    if not match:
+        raise ValueError(
+            f"{text!r} is no stroke like 0:2-3:1, from edge 2 of side 0 to edge 1 of side 3"
         )
-        if not match:
-            self.fail(
-                f"{value!r} is no stroke like 0:2-3:1, from edge 2 of side 0 to edge 1 of side 3",
-                param,
-                ctx,
-            )
-        a, i, b, j = map(int, match.groups())
-        return (a, i), (b, j)
+    a, i, b, j = map(int, match.groups())
+    return (a, i), (b, j)
+
+
+#: A stroke from edge i of side a to edge j of side b: a:i-b:j.
+FLOW = Parsed("a:i-b:j", _parse_flow)
 
 
 folded_option = click.option(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,14 +16,14 @@ from patterndb_app.cli.obj import write_faces
 from patterndb_app.cli.options import (
     OBJ,
     Count,
-    DragParam,
     FileName,
     FileToWrite,
-    Hold,
-    ModeParam,
-    Source,
+    MeshName,
+    ParamType,
+    Parsed,
     as_json,
     may_overwrite,
+    parse_vector,
     picture_path,
     read_model,
     require_viewer,
@@ -47,6 +49,68 @@ if TYPE_CHECKING:
     from patterndb_sketch.features.shapemodel import ErrorTable, ShapeModel
 
     Floats = NDArray[np.float64]
+
+
+class Source(ParamType):
+    """A shape to learn: MODEL=NETWORK, or a mesh that has the template's quads."""
+
+    name = "source"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[Path, Path | None]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        # A file whose name has a = is that file.
+        model, equals, network = (str(value), "", "")
+        if not Path(str(value)).exists():
+            model, equals, network = str(value).rpartition("=")
+            if not equals:
+                model, network = network, ""
+        mesh = MeshName().convert(model, param, ctx)
+        return mesh, FileName().convert(network, param, ctx) if equals else None
+
+
+def _parse_mode(text: str) -> tuple[int, float]:
+    match = re.fullmatch(r"([0-9]{1,9})=(.+)", text)
+    number, sigmas = (int(match[1]), _parse_float(match[2])) if match else (0, math.nan)
+    if number < 1 or not math.isfinite(sigmas):
+        raise ValueError(f"{text!r} is not a mode and its deviations like 1=2.0")
+    return number, sigmas
+
+
+def _parse_drag(text: str) -> tuple[str, tuple[float, float, float]]:
+    feature, _, numbers = text.rpartition("=")
+    by = parse_vector(numbers)
+    if not feature or by is None:
+        raise ValueError(f"{text!r} is not like roof_rail=0,0,0.1")
+    return feature, by
+
+
+def _parse_hold(text: str) -> tuple[str, float]:
+    feature, equals, number = text.partition("=")
+    weight = _parse_float(number) if equals else 1.0
+    if not feature or not (math.isfinite(weight) and weight >= 0.0):
+        raise ValueError(f"{text!r} is not a feature and a weight like sill=0.5")
+    return feature, weight
+
+
+def _parse_float(text: str) -> float:
+    """Parse a number; nan for what is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+#: A mode and its standard deviations: 1=2.0.
+MODE = Parsed("k=sigmas", _parse_mode)
+
+#: A feature and how it is displaced: roof_rail=0,0,0.1.
+DRAG = Parsed("feature=dx,dy,dz", _parse_drag)
+
+#: A feature and the weight that holds it: sill=0.5; 1 if only the feature is given.
+HOLD = Parsed("feature[=weight]", _parse_hold)
 
 
 @click.group(name="shape-model", cls=VerbGroup)
@@ -304,7 +368,7 @@ def _add_edit_options(command: Any) -> Any:
 @click.option(
     "--mode",
     "chosen",
-    type=ModeParam(),
+    type=MODE,
     multiple=True,
     help="Move along mode K, from 1, by so many standard deviations. May be repeated.",
 )
@@ -346,7 +410,7 @@ def sample(
 @click.option(
     "--drag",
     "drags",
-    type=DragParam(),
+    type=DRAG,
     multiple=True,
     help="Displace a feature by so much. May be repeated; with --view none is needed.",
 )
@@ -359,7 +423,7 @@ def sample(
 @click.option(
     "--hold",
     "holds",
-    type=Hold(),
+    type=HOLD,
     multiple=True,
     help="Hold a feature, as strongly as a drag (1) or by another weight. May be repeated.",
 )

@@ -17,7 +17,7 @@ from patterndb.system.extras import EXTRAS, require_extra
 from patterndb_app.cli.options import (
     FileName,
     MeshToWrite,
-    ParamType,
+    Parsed,
     as_json,
     db_to_read,
     is_given,
@@ -61,20 +61,15 @@ MOST_RIMS = 5
 MOST_JOINS = 5
 
 
-class CurveNames(ParamType):
-    """A cycle by the names of its curves in order: 4,7,12."""
+def _parse_curves(text: str) -> tuple[str, ...]:
+    names = tuple(name.strip() for name in text.split(","))
+    if not all(names):
+        raise ValueError(f"{text!r} is not a list of curve ids like 4,7,12")
+    return names
 
-    name = "id,id,..."
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str, ...]:
-        if isinstance(value, tuple):
-            return value  # pyright: ignore[reportUnknownVariableType]
-        names = tuple(name.strip() for name in str(value).split(","))
-        if not all(names):
-            self.fail(f"{value!r} is not a list of curve ids like 4,7,12", param, ctx)
-        return names
+#: A cycle by the names of its curves in order: 4,7,12.
+CURVE_NAMES = Parsed("id,id,...", _parse_curves)
 
 
 @click.command(
@@ -139,14 +134,14 @@ class CurveNames(ParamType):
 )
 @click.option(
     "--ban",
-    type=CurveNames(),
+    type=CURVE_NAMES,
     multiple=True,
     metavar="CYCLE",
     help="No patch for this cycle, the ids of its curves: 4,7,12. May be repeated.",
 )
 @click.option(
     "--keep",
-    type=CurveNames(),
+    type=CURVE_NAMES,
     multiple=True,
     metavar="CYCLE",
     help="A patch for this cycle, whatever else there is. May be repeated.",

@@ -76,7 +76,8 @@ def takes_gzip(accepted: str) -> bool:
 def refuse(error: BaseException, request_id: str) -> Response:
     """The answer to a request that cannot be answered."""
     status = find_status(error)
-    document = format_refusal([tell_error(error, request_id)], status)
+    more: tuple[str, ...] = getattr(error, "more", ())
+    document = format_refusal([tell_error(error, request_id), *more], status)
     headers: dict[str, str] = getattr(error, "headers", {})
     return Response(
         msgspec.json.encode(document), status, {"Cache-Control": "no-store", **headers}, JSON

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Path, Query, Request
 from starlette.responses import Response
@@ -13,12 +13,14 @@ from patterndb.store.connection import SCHEMA_VERSION
 from patterndb_app.service.answers import encode_answer
 from patterndb_app.service.context import answer_in_thread, get_service
 from patterndb_app.service.patternpages import (
+    PARAMETERS,
     PATTERN_ORDERS,
     PatternPageRequest,
     describe_pattern,
     draw_pattern,
     list_page,
 )
+from patterndb_app.service.questions import read_parameters
 from query.holes.options import LEAST_TENSION, MOST_TENSION, SHAPES
 from query.listing.orders import ORDERS, default_order
 
@@ -29,7 +31,6 @@ PatternName = Annotated[
     str,
     Path(pattern="^[0-9a-fA-F]{2,16}$", description="A pattern, by the first digits of its id."),
 ]
-Whole = Annotated[int | None, Query(ge=0, le=2**31)]
 
 
 @ROUTER.get("/v1/health", name="health")
@@ -147,41 +148,12 @@ async def list_meshes(request: Request, db: Db = None) -> Response:
 
 
 @ROUTER.get("/v1/patterns", name="patterns")
-async def list_patterns(
-    request: Request,
-    sides: Annotated[int | None, Query(ge=0, le=255, description="Their number.")] = None,
-    convex: Annotated[bool | None, Query(description="Without reflex corners, or with.")] = None,
-    max_irregular: Whole = None,
-    max_quads: Annotated[int | None, Query(ge=1, le=2**31)] = None,
-    min_frequency: Annotated[int | None, Query(ge=1, le=2**31)] = None,
-    has_loop: bool | None = None,
-    mesh: Annotated[list[str] | None, Query(max_length=64)] = None,
-    licence: Annotated[list[str] | None, Query(max_length=64)] = None,
-    order: Annotated[
-        Literal["frequency", "irregular", "quads", "name"], Query(description="What comes first.")
-    ] = "frequency",
-    cursor: Annotated[
-        str | None, Query(max_length=200, description="What the page before gave as next.")
-    ] = None,
-    limit: Annotated[int, Query(ge=1, description="Patterns of a page.")] = 50,
-    db: Db = None,
-) -> Response:
+async def list_patterns(request: Request) -> Response:
     """List the patterns of a database in pages."""
     service = get_service(request)
-    database = service.catalogue.find(db)
-    choice = PatternPageRequest(
-        n_sides=sides,
-        convex=convex,
-        max_irregular=max_irregular,
-        max_quads=max_quads,
-        min_frequency=min_frequency,
-        has_loop=has_loop,
-        meshes=tuple(mesh) if mesh else None,
-        licences=tuple(licence) if licence else None,
-        order=order,
-        cursor=cursor,
-        limit=min(limit, service.limits.page),
-    )
+    asked = read_parameters(request.query_params, PatternPageRequest, PARAMETERS)
+    database = service.catalogue.find(asked.db)
+    choice = asked.having(limit=min(asked.limit, service.limits.page))
     return await answer_in_thread(request, lambda _: list_page(database, choice), kept=True)
 
 

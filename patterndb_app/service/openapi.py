@@ -6,16 +6,22 @@ example is asked by a test, and what is answered is held against the schema of t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import msgspec
 from fastapi import FastAPI
 
-from patterndb.system.requests import list_options
+from patterndb.system.requests import Request, list_options
 from patterndb_app.service.answers import NDJSON
 from patterndb_app.service.holeanswers import HoleEntries
 from patterndb_app.service.learning import UseEntries
-from patterndb_app.service.patternpages import PatternDetailJson, PatternPageJson
+from patterndb_app.service.patternpages import (
+    PARAMETERS,
+    PatternDetailJson,
+    PatternPageJson,
+    PatternPageRequest,
+)
 from patterndb_app.service.questions import OPTIONS, FillOptions
 from patterndb_app.service.refusals import RefusalJson
 from query.fill import FillJson
@@ -146,8 +152,26 @@ def _describe_operation(path: str, method: str, operation: dict[str, Any]) -> No
             "required": True,
             "content": {"application/json": {"schema": schema, "examples": examples}},
         }
+    if name == "patterns":
+        operation["parameters"] = _describe_parameters(PatternPageRequest, PARAMETERS)
     if "401" in responses:
         operation["security"] = [{"token": []}]
+
+
+def _describe_parameters(kind: type[Request], names: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Describe the options of a request as parameters of an address."""
+    schema = msgspec.json.schema_components([kind], ref_template=REF)[1][kind.__name__]
+    described: dict[str, Any] = schema["properties"]
+    return [
+        {
+            "name": names.get(name, name),
+            "in": "query",
+            "required": False,
+            "schema": described[name],
+            "description": one.text.help,
+        }
+        for name, one in list_options(kind).items()
+    ]
 
 
 #: The schemas of bodies by their paths.

@@ -5,10 +5,11 @@ from __future__ import annotations
 import base64
 import binascii
 from collections.abc import Callable, Mapping
-from typing import TypedDict
+from typing import TYPE_CHECKING, Annotated, Literal, TypedDict
 
 import msgspec
 import numpy as np
+from msgspec import Meta
 from numpy.typing import NDArray
 
 from patterndb.core.code import format_id
@@ -16,6 +17,7 @@ from patterndb.core.display import Suffix
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.notebook import draw
+from patterndb.system.requests import Positive, Text, option
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.refusals import MalformedRequestError
 from query.request import PatternRequest, choose_patterns
@@ -89,12 +91,25 @@ PATTERN_ORDERS: Mapping[str, Callable[[PatternClass], NDArray[np.int64]]] = {
 }
 
 
-class PatternPageRequest(PatternRequest, frozen=True, kw_only=True):
-    """Which patterns are on a page. cursor: where the page before ended."""
+if TYPE_CHECKING:
+    PatternOrderName = str
+else:
+    PatternOrderName = Literal[tuple(PATTERN_ORDERS)]
 
-    order: str = "frequency"
-    cursor: str | None = None
-    limit: int = 50
+Cursor = Annotated[str, Meta(max_length=200)]
+
+
+class PatternPageRequest(PatternRequest, frozen=True, kw_only=True):
+    """Which patterns are on a page: the parameters of its address."""
+
+    order: Annotated[PatternOrderName, option("What comes first.")] = "frequency"
+    cursor: Annotated[Cursor | None, option("What the page before gave as next.")] = None
+    limit: Annotated[Positive, option("Patterns of a page.")] = 50
+    db: Annotated[Text | None, option("The name of a database.")] = None
+
+
+#: Parameters of the address by the names of options, where they differ: each is given once or more.
+PARAMETERS = {"n_sides": "sides", "meshes": "mesh", "licences": "licence"}
 
 
 def list_page(database: ServedDatabase, choice: PatternPageRequest) -> PatternPageJson:

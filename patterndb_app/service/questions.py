@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, cast
+from typing import Annotated, Any, TypeVar, cast
 
 import msgspec
 import numpy as np
 from msgspec import Meta
+from msgspec.inspect import TupleType, VarTupleType
+from starlette.datastructures import QueryParams
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.system.documents import JsonValue, parse_json
-from patterndb.system.requests import Count, Positive, Text, option
+from patterndb.system.requests import Count, Positive, Request, Text, list_options, option
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
 from query.batchline import has_points, read_question
@@ -20,6 +23,8 @@ from query.boundary import Boundary
 from query.boundaryfile import BoundaryEntries
 from query.errors import InvalidQueryError
 from query.request import LIMIT, FillRequest
+
+R = TypeVar("R", bound=Request)
 
 Edge = Annotated[list[Count], Meta(min_length=2, max_length=2, description="an edge, [side, edge]")]
 Sha256 = Annotated[
@@ -66,6 +71,30 @@ def read_body(data: bytes, limits: Limits, what: str) -> JsonValue:
     if not document.is_object:
         document.refuse("an object")
     return document
+
+
+def read_parameters(given: QueryParams, kind: type[R], names: Mapping[str, str]) -> R:
+    """Read the parameters of an address as a request.
+
+    names: of parameters by those of options, where they differ. Raises MalformedRequestError that
+    names all that are wrong.
+    """
+    found: dict[str, Any] = {}
+    wrong: list[str] = []
+    for name, one in list_options(kind).items():
+        key = names.get(name, name)
+        values = given.getlist(key)
+        if not values:
+            continue
+        several = isinstance(one.type, TupleType | VarTupleType)
+        value = values if several else values[-1]
+        try:
+            found[name] = msgspec.convert(value, one.annotation, strict=False)
+        except msgspec.ValidationError as error:
+            wrong.append(f"{key}: {error}")
+    if wrong:
+        raise MalformedRequestError(*wrong)
+    return kind(**found)
 
 
 #: Texts, in which brackets are no nesting.

@@ -26,12 +26,16 @@ class RefusalJson(TypedDict):
 
 
 class RefusedRequestError(PatternDBError):
-    """A request that is not answered; ``status`` is that of HTTP, ``headers`` go with it."""
+    """A request that is not answered; ``status`` is that of HTTP, ``headers`` go with it.
+
+    message, more: what is wrong, each by itself.
+    """
 
     status = 400
 
-    def __init__(self, message: str, *, headers: Mapping[str, str] | None = None) -> None:
+    def __init__(self, message: str, *more: str, headers: Mapping[str, str] | None = None) -> None:
         super().__init__(message)
+        self.more = more
         self.headers = dict(headers or {})
 
 

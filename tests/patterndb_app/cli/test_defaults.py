@@ -10,7 +10,7 @@ import click
 import pytest
 
 from patterndb_app.cli import cli
-from patterndb_app.cli.options import AXES
+from patterndb_app.cli.features import AXES
 from patterndb_sketch.features.registration import register
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.retopo.sizes import EDGE

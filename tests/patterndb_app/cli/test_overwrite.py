@@ -11,8 +11,9 @@ import click
 import pytest
 
 from patterndb_app.cli import EXIT_USAGE, cli
-from patterndb_app.cli.options import DatabaseParam, FileName, Source
+from patterndb_app.cli.options import DatabaseParam, FileName
 from patterndb_app.cli.program import SECTIONS
+from patterndb_app.cli.shape_model import Source
 from tests.support.cli.commandline import run
 from tests.support.shared import CHECKOUT
 
