@@ -75,6 +75,7 @@ OWN_REFUSALS = {
     "uses": {"401": "No token.", "403": "Nothing can be changed.", "422": "This is no fill."},
     "learn_mesh": {"401": "No token.", "403": "Nothing can be changed.", "422": "No mesh."},
     "jobs": {"401": "No token.", "403": "Nothing can be changed."},
+    "patterns": {"422": "A range runs backwards."},
     "cancel_job": {"401": "No token.", "403": "Nothing can be changed.", "409": "It has ended."},
 }
 
