@@ -370,8 +370,12 @@ def count_by_sides(connection: sqlite3.Connection) -> dict[int, int]:
 SIGNATURES_AT_ONCE = 50_000
 
 
-def read_statistics(connection: sqlite3.Connection) -> Statistics:
-    """Count over the whole database; all signatures and occurrences are read for it."""
+def read_statistics(connection: sqlite3.Connection, *, signatures: bool = True) -> Statistics:
+    """Count over the whole database.
+
+    signatures: are signatures and patterns by their occurrences counted, too? All rows are read for
+    that, which takes ten times as long as everything else: an index has the other counts.
+    """
     by_sides: Counter[int] = Counter()
     by_irregular: Counter[int] = Counter()
     n_chiral = 0
@@ -382,20 +386,7 @@ def read_statistics(connection: sqlite3.Connection) -> Statistics:
         by_irregular[n_irregular] += count
         n_chiral += count * chiral
     n_patterns = by_sides.total()
-    with report_progress("counting signatures and occurrences") as report:
-        parts: list[NDArray[np.uint64]] = [np.zeros(0, np.uint64)]
-        cursor = connection.execute("SELECT signature FROM pattern")
-        while rows := cursor.fetchmany(SIGNATURES_AT_ONCE):
-            parts.append(np.frombuffer(b"".join([row[0] for row in rows]), np.uint64))
-            report(len(parts) * SIGNATURES_AT_ONCE / (2 * n_patterns))
-        # numpy.unique takes fifty times as long.
-        ordered = np.sort(np.concatenate(parts))
-        n_signatures = min(len(ordered), 1) + int(np.count_nonzero(ordered[1:] != ordered[:-1]))
-        (n_met,) = connection.execute(
-            "SELECT (SELECT count(DISTINCT pattern_id) FROM occurrence "
-            "WHERE patches > mirrored_patches) + (SELECT count(DISTINCT pattern_id) "
-            "FROM occurrence WHERE mirrored_patches > 0)"
-        ).fetchone()
+    n_signatures, n_met = _count_rows(connection, n_patterns) if signatures else (None, None)
     n_meshes, n_patches = connection.execute(
         "SELECT count(*), coalesce(sum(distinct_patches), 0) FROM mesh"
     ).fetchone()
@@ -410,6 +401,25 @@ def read_statistics(connection: sqlite3.Connection) -> Statistics:
         patches=n_patches,
         content_hash=hash_content(connection),
     )
+
+
+def _count_rows(connection: sqlite3.Connection, n_patterns: int) -> tuple[int, int]:
+    """Count distinct signatures, and patterns and mirror images that meshes have."""
+    with report_progress("counting signatures and occurrences") as report:
+        parts: list[NDArray[np.uint64]] = [np.zeros(0, np.uint64)]
+        cursor = connection.execute("SELECT signature FROM pattern")
+        while rows := cursor.fetchmany(SIGNATURES_AT_ONCE):
+            parts.append(np.frombuffer(b"".join([row[0] for row in rows]), np.uint64))
+            report(len(parts) * SIGNATURES_AT_ONCE / (2 * n_patterns))
+        # numpy.unique takes fifty times as long.
+        ordered = np.sort(np.concatenate(parts))
+        n_signatures = min(len(ordered), 1) + int(np.count_nonzero(ordered[1:] != ordered[:-1]))
+        (n_met,) = connection.execute(
+            "SELECT (SELECT count(DISTINCT pattern_id) FROM occurrence "
+            "WHERE patches > mirrored_patches) + (SELECT count(DISTINCT pattern_id) "
+            "FROM occurrence WHERE mirrored_patches > 0)"
+        ).fetchone()
+    return n_signatures, n_met
 
 
 def sum_occurrences(rows: Iterable[OccurrenceRow], total: int = 0) -> int:

@@ -265,14 +265,15 @@ class Statistics:
     patterns_oriented: a chiral one counts twice.
     patterns_met: handednesses that patches were really met in.
     by_sides, by_irregular: patterns by number of sides and of irregular vertices.
+    signatures: different ones; it and patterns_met are None where they were not counted.
     """
 
     patterns: int
     patterns_oriented: int
-    patterns_met: int
+    patterns_met: int | None
     by_sides: dict[int, int]
     by_irregular: dict[int, int]
-    signatures: int
+    signatures: int | None
     meshes: int
     patches: int
     content_hash: str

@@ -32,7 +32,8 @@ def stats(db: Path | None, as_json: bool) -> int:
     patterndb stats --db my.db
     """
     with open_database(db) as database:
-        s = database.statistics()
+        # The other counts, which the text does not have, take most of the time.
+        s = database.statistics(signatures=as_json)
     if as_json:
         document = dataclasses.asdict(s)
         document["by_sides"] = {str(k): v for k, v in s.by_sides.items()}

@@ -15,6 +15,7 @@ from patterndb_app.cli.options import (
     db_to_read,
     db_to_write,
     open_database,
+    provenance_options,
 )
 from patterndb_app.cli.progressline import told_share
 from patterndb_app.cli.text import plural, printable, say, write, write_json
@@ -29,9 +30,7 @@ SHOWN_REFUSALS = 20
 @click.command("import-ddq")
 @click.argument("file", metavar="FILE", type=FileName())
 @db_to_write
-@click.option("--author", metavar="TEXT", help="Who made the patterns; kept with them.")
-@click.option("--source", metavar="TEXT", help="Where they come from; kept with them.")
-@click.option("--licence", "--license", metavar="TEXT", help="Their licence; kept with them.")
+@provenance_options("patterns")
 @as_json
 def import_ddq(
     file: Path,

@@ -12,16 +12,19 @@ import click
 from patterndb_app.cli.fill import record_accepted
 from patterndb_app.cli.options import (
     NUMBERS,
-    Count,
     DatabaseChoice,
     FileName,
     MeshName,
     boundary_of,
+    closed_option,
     dbs_to_read,
     is_starter,
+    keys_option,
     may_overwrite,
     open_database,
+    output_option,
     picture_path,
+    rank_option,
     request_options,
 )
 from patterndb_app.cli.program import SectionedCommand
@@ -51,31 +54,18 @@ if TYPE_CHECKING:
     help="The mesh to draw and to fill on; a plane if not given.",
 )
 @click.option("--sides", type=NUMBERS, help="A flat boundary of these edges instead.")
-@click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
+@closed_option
 @click.option(
     "--corners",
     type=CORNERS,
     help="With --sides: c convex, r reflex, where each side begins.",
 )
 @request_options(FillRequest, "tolerance")
-@click.option(
-    "--rank",
-    type=Count(1),
-    default=1,
-    show_default=True,
-    metavar="K",
-    help="Begin with the K-th fill.",
-)
+@rank_option("Begin with the K-th fill.")
 @click.option("--flat", is_flag=True, help="List every fill, not one of each pattern.")
 @dbs_to_read
-@click.option(
-    "-o",
-    "--output",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Write one PNG instead of opening a window.",
-)
-@click.option("--keys", default="", help='Keys pressed first, with spaces: "o Right".')
+@output_option(picture_path(".png"), "Write one PNG instead of opening a window.")
+@keys_option('Keys pressed first, with spaces: "o Right".')
 @may_overwrite
 def explore(
     boundary: Path | None,

@@ -23,10 +23,11 @@ from patterndb_app.cli.options import (
     Parsed,
     as_json,
     may_overwrite,
+    output_option,
     parse_vector,
-    picture_path,
+    picture_option,
     read_model,
-    require_viewer,
+    view_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
@@ -83,7 +84,7 @@ DIRECTION = Parsed("direction", _parse_direction, has_commas=True)
 )
 @click.argument("model", type=MeshName())
 @click.option("--strokes", type=FileName(), metavar="FILE", help="The strokes, JSON.")
-@click.option("-o", "--output", type=FileToWrite(".json"), metavar="FILE", help="The curves, JSON.")
+@output_option(FileToWrite(".json"), "The curves, JSON.")
 @click.option(
     "--alpha",
     type=click.FloatRange(0, 1),
@@ -136,18 +137,8 @@ DIRECTION = Parsed("direction", _parse_direction, has_commas=True)
     metavar="FILE",
     help="A session to go on with, if it is there, and to keep the curves in.",
 )
-@click.option(
-    "--view",
-    is_flag=True,
-    callback=require_viewer,
-    help="Draw in a window; F1 lists commands and keys.",
-)
-@click.option(
-    "--picture",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Draw the model and the curves into a PNG, without a window.",
-)
+@view_option("Draw in a window; F1 lists commands and keys.")
+@picture_option("Draw the model and the curves into a PNG, without a window.")
 @may_overwrite
 @as_json
 def features(

@@ -14,7 +14,6 @@ from patterndb.errors import InvalidBoundaryError
 from patterndb.system.deadline import run_until_late
 from patterndb_app.cli.options import (
     OBJ,
-    Count,
     DatabaseChoice,
     FileName,
     MeshName,
@@ -24,6 +23,8 @@ from patterndb_app.cli.options import (
     may_overwrite,
     open_database,
     open_source,
+    output_option,
+    rank_option,
     server_to_ask,
 )
 from patterndb_app.cli.program import SectionedCommand
@@ -74,14 +75,7 @@ MOST_OF_SURFACE = 0.5
     metavar="FILE",
     help="Strokes in a JSON file of their own, added to the boundary's.",
 )
-@click.option(
-    "--rank",
-    type=Count(1),
-    default=1,
-    show_default=True,
-    metavar="K",
-    help="Place the K-th fill: of different patterns, or with --flat of all.",
-)
+@rank_option("Place the K-th fill: of different patterns, or with --flat of all.")
 @dbs_to_read
 @server_to_ask
 @click.option(
@@ -91,9 +85,7 @@ MOST_OF_SURFACE = 0.5
     "that may be written.",
 )
 @search_options
-@click.option(
-    "-o", "--output", type=OBJ, required=True, metavar="FILE", help="The placed fill, OBJ."
-)
+@output_option(OBJ, "The placed fill, OBJ.", required=True)
 @may_overwrite
 @as_json
 def fill(

@@ -30,7 +30,9 @@ from patterndb_app.cli.options import (
     limit_command,
     may_overwrite,
     open_database,
-    picture_path,
+    output_option,
+    picture_option,
+    rank_option,
     read_options,
     request_options,
     time_limit_option,
@@ -135,13 +137,7 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
     },
 )
 @click.argument("mesh", type=FileName(), required=False)
-@click.option(
-    "-o",
-    "--output",
-    type=FileToWrite(".obj", ".ply", ".off"),
-    metavar="FILE",
-    help="The whole mesh with the hole filled.",
-)
+@output_option(FileToWrite(".obj", ".ply", ".off"), "The whole mesh with the hole filled.")
 @click.option(
     "--loop",
     "loops",
@@ -151,14 +147,7 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
 )
 @click.option("--faces", type=INDICES, help="Faces to be made anew instead, from 0.")
 @click.option("--all", "every", is_flag=True, help="Fill every hole, each with its best fill.")
-@click.option(
-    "--rank",
-    type=Count(1),
-    default=1,
-    show_default=True,
-    metavar="K",
-    help="Take the K-th fill.",
-)
+@rank_option("Take the K-th fill.")
 @click.option(
     "--limit",
     type=Count(1),
@@ -185,12 +174,7 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
 )
 @request_options(HoleRequest)
 @click.option("--surface", type=MeshName(), metavar="FILE", help="Lay new vertices on this mesh.")
-@click.option(
-    "--picture",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Draw the mesh before and after.",
-)
+@picture_option("Draw the mesh before and after.")
 @click.option(
     "--batch",
     type=FileName(),

@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     as_json,
     db_to_write,
     open_database,
+    provenance_options,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import ProgressLine, is_terminal, tell_share
@@ -92,9 +93,7 @@ def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str | No
     help="Learn on a Dask cluster, tcp://HOST:8786, or on N processes of this machine, local:N; "
     "threads of this process if not given.",
 )
-@click.option("--author", metavar="TEXT", help="Who made the meshes; kept with them.")
-@click.option("--source", metavar="TEXT", help="Where they come from; kept with them.")
-@click.option("--licence", "--license", metavar="TEXT", help="Their licence; kept with them.")
+@provenance_options("meshes")
 @click.option(
     "--max-bytes",
     type=Count(1, MOST_BYTES),

@@ -229,6 +229,27 @@ def is_text(name: str) -> bool:
     return not any("\ud800" <= c <= "\udfff" for c in name)
 
 
+#: For verbs that draw fills of --sides, or something else.
+closed_option = click.option(
+    "--closed", is_flag=True, help="With --sides: one closed side without a corner."
+)
+
+
+def provenance_options(things: str) -> Callable[[F], F]:
+    """Give a verb the options of what is kept with meshes; things: what it learns."""
+
+    def add_options(verb: F) -> F:
+        for flags, help in (
+            (("--licence", "--license"), "Their licence; kept with them."),
+            (("--source",), "Where they come from; kept with them."),
+            (("--author",), f"Who made the {things}; kept with them."),
+        ):
+            verb = click.option(*flags, metavar="TEXT", help=help)(verb)
+        return verb
+
+    return add_options
+
+
 db_to_read = click.option(
     "--db",
     type=FileName(),
@@ -484,6 +505,33 @@ def _parse_range(text: str, least: int) -> tuple[int, int]:
     return low, high
 
 
+def output_option(type: ParamType, help: str, *, required: bool = False) -> Callable[[F], F]:
+    """Give a verb -o, the file that its answer is written into."""
+    return click.option("-o", "--output", type=type, required=required, metavar="FILE", help=help)
+
+
+def picture_option(help: str) -> Callable[[F], F]:
+    """Give a verb --picture, a PNG to draw into."""
+    return click.option("--picture", type=picture_path(".png"), metavar="FILE", help=help)
+
+
+def view_option(help: str) -> Callable[[F], F]:
+    """Give a verb --view, which opens a window."""
+    return click.option("--view", is_flag=True, callback=_require_viewer, help=help)
+
+
+def rank_option(help: str) -> Callable[[F], F]:
+    """Give a verb --rank, the place of a fill in a list, from 1."""
+    return click.option(
+        "--rank", type=Count(1), default=1, show_default=True, metavar="K", help=help
+    )
+
+
+def keys_option(help: str) -> Callable[[F], F]:
+    """Give a verb --keys, which are pressed in its window first."""
+    return click.option("--keys", default="", help=help)
+
+
 def parse_vector(text: str) -> tuple[float, float, float] | None:
     """Parse the numbers of 1,0,0.5; None if the text is not three finite ones."""
     try:
@@ -498,7 +546,7 @@ def picture_path(*suffixes: str) -> ParamType:
     return FileToWrite(*suffixes, what="picture", doing="draw")
 
 
-def require_viewer(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
+def _require_viewer(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
     """Refuse --view, as its callback, where no window can be opened, before any work is done."""
     if value:
         require_extra("viewer", f"{param.opts[0]}, a window,")

@@ -18,12 +18,16 @@ from patterndb_app.cli.options import (
     NUMBERS,
     Count,
     boundary_of,
+    closed_option,
     db_to_read,
+    keys_option,
     limit_command,
     list_flags,
     may_overwrite,
     open_database,
+    output_option,
     picture_path,
+    rank_option,
     read_options,
     request_options,
     time_limit_option,
@@ -60,21 +64,12 @@ flat_option = click.option(
 @click.command()
 @click.argument("pattern", required=False)
 @click.option("--sides", type=NUMBERS, help="Draw a fill of this boundary instead.")
-@click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
-@click.option(
-    "--rank",
-    type=Count(1),
-    default=1,
-    show_default=True,
-    metavar="K",
-    help="With --sides: the K-th fill, each of another pattern unless --flat is given.",
-)
+@closed_option
+@rank_option("With --sides: the K-th fill, each of another pattern unless --flat is given.")
 @flat_option
 @click.option("--widths", type=NUMBERS, help="Widths of the pattern's polychords.")
 @db_to_read
-@click.option(
-    "-o", "--output", type=PICTURE, required=True, metavar="FILE", help="The picture, PNG or SVG."
-)
+@output_option(PICTURE, "The picture, PNG or SVG.", required=True)
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
 @time_limit_option
 @may_overwrite
@@ -147,16 +142,9 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     },
 )
 @click.option("--sides", type=NUMBERS, help="The fills of this boundary instead.")
-@click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
+@closed_option
 @db_to_read
-@click.option(
-    "-o",
-    "--output",
-    type=PICTURE,
-    required=True,
-    metavar="FILE",
-    help="The sheet, PNG or SVG; several pages are numbered.",
-)
+@output_option(PICTURE, "The sheet, PNG or SVG; several pages are numbered.", required=True)
 @click.option(
     "--limit",
     type=Count(1),
@@ -350,14 +338,8 @@ def make_listed_card(
     help="Begin with the patterns of N sides.",
 )
 @db_to_read
-@click.option(
-    "-o",
-    "--output",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Write one PNG instead of opening a window.",
-)
-@click.option("--keys", default="", help='Keys pressed first, with spaces: "n n ] Up".')
+@output_option(picture_path(".png"), "Write one PNG instead of opening a window.")
+@keys_option('Keys pressed first, with spaces: "n n ] Up".')
 @may_overwrite
 def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str) -> int:
     """Page through a database's patterns in a window; F1 lists commands and keys.

@@ -18,7 +18,8 @@ from patterndb_app.cli.options import (
     MeshName,
     as_json,
     may_overwrite,
-    picture_path,
+    output_option,
+    picture_option,
     read_model,
 )
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
@@ -74,17 +75,12 @@ tolerance_option = click.option(
     help="The model's feature curves, JSON: what the verb features writes, or polylines.",
 )
 @template_option
-@click.option("-o", "--output", type=OBJ, required=True, metavar="FILE", help="The quads, OBJ.")
+@output_option(OBJ, "The quads, OBJ.", required=True)
 @delta_option
 @rounds_option
 @tolerance_option
 @turn_option
-@click.option(
-    "--picture",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Draw the quads and their features into a PNG.",
-)
+@picture_option("Draw the quads and their features into a PNG.")
 @may_overwrite
 @as_json
 def register(

@@ -26,11 +26,12 @@ from patterndb_app.cli.options import (
     list_flags,
     may_overwrite,
     open_database,
-    picture_path,
+    output_option,
+    picture_option,
     read_options,
     refuse_input,
     request_options,
-    require_viewer,
+    view_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
@@ -84,13 +85,8 @@ class RetopoCommand(SectionedCommand):
     metavar="FILE",
     help="Go on from this session if it is there, and save to it at the end; .retopo.",
 )
-@click.option("-o", "--output", type=OBJ, metavar="FILE", help="The mesh at the end, OBJ.")
-@click.option(
-    "--picture",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Draw curves and quads into a PNG, without a window.",
-)
+@output_option(OBJ, "The mesh at the end, OBJ.")
+@picture_option("Draw curves and quads into a PNG, without a window.")
 @click.option(
     "--sides",
     metavar="SIDES",
@@ -109,12 +105,7 @@ class RetopoCommand(SectionedCommand):
     help="Begin with a network proposed by the machine, on all of SURFACE that has no patches yet.",
 )
 @request_options(DraftRequest)
-@click.option(
-    "--view",
-    is_flag=True,
-    callback=require_viewer,
-    help="Open the window at the end; so does a SURFACE with nothing else to do.",
-)
+@view_option("Open the window at the end; so does a SURFACE with nothing else to do.")
 @click.option(
     "--record",
     type=FileToWrite(".jsonl"),

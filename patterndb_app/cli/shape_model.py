@@ -23,10 +23,11 @@ from patterndb_app.cli.options import (
     Parsed,
     as_json,
     may_overwrite,
+    output_option,
     parse_vector,
-    picture_path,
+    picture_option,
     read_model,
-    require_viewer,
+    view_option,
 )
 from patterndb_app.cli.program import SectionedCommand, VerbGroup
 from patterndb_app.cli.progressline import hushed
@@ -131,14 +132,7 @@ def shape_model() -> None:
 @click.command()
 @click.argument("sources", nargs=-1, required=True, type=Source(), metavar="SOURCE...")
 @template_option
-@click.option(
-    "-o",
-    "--output",
-    type=FileToWrite(".npz"),
-    required=True,
-    metavar="FILE",
-    help="The shape model, NPZ.",
-)
+@output_option(FileToWrite(".npz"), "The shape model, NPZ.", required=True)
 @click.option("--modes", type=Count(1), metavar="L", help="Keep only the first L modes.")
 @delta_option
 @rounds_option
@@ -323,7 +317,7 @@ def _add_edit_options(command: Any) -> Any:
     for option in reversed(
         (
             click.argument("shapes", type=FileName()),
-            click.option("-o", "--output", type=OBJ, metavar="FILE", help="The new shape, OBJ."),
+            output_option(OBJ, "The new shape, OBJ."),
             click.option(
                 "--like",
                 metavar="NAME",
@@ -332,18 +326,8 @@ def _add_edit_options(command: Any) -> Any:
             click.option(
                 "--modes", type=Count(1), metavar="L", help="Use the first L modes alone."
             ),
-            click.option(
-                "--picture",
-                type=picture_path(".png"),
-                metavar="FILE",
-                help="Draw the shape into a PNG.",
-            ),
-            click.option(
-                "--view",
-                is_flag=True,
-                callback=require_viewer,
-                help="Explore the shapes in a window; F1 lists commands and keys.",
-            ),
+            picture_option("Draw the shape into a PNG."),
+            view_option("Explore the shapes in a window; F1 lists commands and keys."),
             click.option(
                 "--template",
                 metavar="TEMPLATE",

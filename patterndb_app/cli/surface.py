@@ -24,10 +24,11 @@ from patterndb_app.cli.options import (
     list_flags,
     may_overwrite,
     open_database,
-    picture_path,
+    output_option,
+    picture_option,
     read_options,
     request_options,
-    require_viewer,
+    view_option,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
@@ -81,12 +82,9 @@ CURVE_NAMES = Parsed("id,id,...", _parse_curves)
     },
 )
 @click.argument("network", type=FileName())
-@click.option(
-    "-o",
-    "--output",
-    type=MeshToWrite(),
-    metavar="FILE",
-    help="The surface, OBJ with a group for each patch; by the suffix also PLY, OFF, STL or 3MF.",
+@output_option(
+    MeshToWrite(),
+    "The surface, OBJ with a group for each patch; by the suffix also PLY, OFF, STL or 3MF.",
 )
 @click.option(
     "--thickness",
@@ -116,18 +114,8 @@ CURVE_NAMES = Parsed("id,id,...", _parse_curves)
     show_default=True,
     help="What is upright in the picture and the window; z for most models that are built.",
 )
-@click.option(
-    "--picture",
-    type=picture_path(".png"),
-    metavar="FILE",
-    help="Draw the surface into a PNG, without a window.",
-)
-@click.option(
-    "--view",
-    is_flag=True,
-    callback=require_viewer,
-    help="Look at the surface in a window; F1 lists commands and keys.",
-)
+@picture_option("Draw the surface into a PNG, without a window.")
+@view_option("Look at the surface in a window; F1 lists commands and keys.")
 @click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
 @click.option(
     "--find-cycles", is_flag=True, help="Find the cycles afresh even if the file has some."

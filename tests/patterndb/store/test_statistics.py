@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import sqlite3
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -147,6 +148,12 @@ def test_counts_are_taken_back_with_a_change(full: Path) -> None:
         assert db.statistics().patterns == 0
         raise RuntimeError("all of it is taken back")
     assert check_counts(full) == before
+
+
+def test_what_an_index_counts_is_the_same_without_the_rest(full: Path) -> None:
+    with Database(full) as db:
+        whole, told = db.statistics(), db.statistics(signatures=False)
+    assert told == replace(whole, signatures=None, patterns_met=None)
 
 
 def test_an_empty_database_counts_nothing(tmp_path: Path) -> None:
