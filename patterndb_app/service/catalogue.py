@@ -3,77 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 import patterndb
 from patterndb.errors import NotFoundError
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from patterndb.core.pattern import Pattern
-    from patterndb.core.patternclass import PatternClass
     from patterndb.store import Database
-
-T = TypeVar("T")
 
 #: How the starter database is called.
 STARTER = "starter"
 
 
+@dataclass(frozen=True, slots=True, eq=False)
 class ServedDatabase:
     """A database that threads share, by its name.
 
-    To :func:`query.fills` it is a source of patterns like any other.
+    path: its file; None for the starter database. opened: for what is answered in milliseconds, and
+    as a source of patterns. slow: for questions that take seconds, on a connection of its own, so
+    that no other waits for them.
     """
 
-    def __init__(self, name: str, path: Path | None) -> None:
-        """Open it for reading; path: None for the starter database."""
-        self.name = name
-        self.path = path
-        self._database = patterndb.open(path)
-        # Questions wait for each other: those that take seconds have a connection of their own.
-        self._apart = patterndb.open(path)
+    name: str
+    path: Path | None
+    opened: Database
+    slow: Database
+
+    @classmethod
+    def open(cls, name: str, path: Path | None) -> ServedDatabase:
+        """Open it for reading."""
+        return cls(name, path, patterndb.open(path), patterndb.open(path))
 
     def close(self) -> None:
         """Close the file."""
-        self._database.close()
-        self._apart.close()
-
-    def ask(self, question: Callable[[Database], T]) -> T:
-        """Ask it something that is answered in milliseconds."""
-        return question(self._database)
-
-    def ask_slowly(self, question: Callable[[Database], T]) -> T:
-        """Ask it something that takes seconds, which nobody else who asks shall wait for."""
-        return question(self._apart)
-
-    def pattern_class(self, n_sides: int) -> PatternClass:
-        """All patterns of ``n_sides`` sides, in default order."""
-        return self._database.pattern_class(n_sides)
-
-    def pattern(self, name: str) -> Pattern:
-        """The pattern whose name begins so; NotFoundError if not exactly one."""
-        return self._database.pattern(name)
-
-    def sides_histogram(self) -> dict[int, int]:
-        """The number of patterns by number of sides."""
-        return self._database.sides_histogram()
-
-    def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
-        """(k,) int64 patches that reduce to the patterns of these ids (k,)."""
-        return self._database.frequencies(ids)
-
-    def pattern_ids(
-        self,
-        n_sides: int | None,
-        meshes: Sequence[str] | None = None,
-        licences: Sequence[str] | None = None,
-    ) -> NDArray[np.int64]:
-        """As :meth:`patterndb.store.Database.pattern_ids`."""
-        return self._database.pattern_ids(n_sides, meshes, licences)
+        self.opened.close()
+        self.slow.close()
 
 
 class Catalogue:
@@ -92,7 +58,7 @@ class Catalogue:
             while name in self._databases:
                 number += 1
                 name = f"{wanted}-{number}"
-            self._databases[name] = ServedDatabase(name, path)
+            self._databases[name] = ServedDatabase.open(name, path)
 
     def close(self) -> None:
         """Close all files."""
@@ -126,7 +92,7 @@ class Catalogue:
             for sides in WARMING:
                 if is_stopping():
                     return
-                list(fills(database, sides, limit=2))
+                list(fills(database.opened, sides, limit=2))
 
 
 #: Boundaries whose fills are asked for at the start: the numbers of sides that people draw.

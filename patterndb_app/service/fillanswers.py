@@ -40,7 +40,7 @@ class FillAnswer:
         self._region: Region | None = None
         if surface is not None and points is not None and question.request.place:
             self._region = enclose_region(surface, points)
-        self._found: Fills = fills(database, question.boundary, question.request)
+        self._found: Fills = fills(database.opened, question.boundary, question.request)
         work.on_end(lambda: self._found.cancel(work.stopped or GONE))
 
     @property

@@ -124,7 +124,7 @@ def answer_holes(
         "time_limit": seconds,
         "threads": 1,
     }
-    found = fill_holes(database, hole, HoleOptions(**options))
+    found = fill_holes(database.opened, hole, HoleOptions(**options))
     fills: list[HoleFill] = []
     for fill in found:
         fills.append(fill)

@@ -111,7 +111,7 @@ def find_used(entries: UseEntries, database: ServedDatabase) -> Pattern:
         raise MalformedRequestError("give the name of a pattern, or a fill as it was answered")
     if entries.pattern is not None:
         name = entries.pattern
-        return database.ask(lambda opened: opened.pattern(name))
+        return database.opened.pattern(name)
     fill = cast("dict[str, Any]", entries.fill)
     origin = fill.get("origin")
     if origin not in ORIGINS:

@@ -116,7 +116,7 @@ async def tell_statistics(request: Request, db: Db = None) -> Response:
         request,
         lambda _: {
             "db": database.name,
-            **asdict(database.ask_slowly(lambda opened: opened.statistics())),
+            **asdict(database.slow.statistics()),
         },
         kept=True,
     )
@@ -140,7 +140,7 @@ async def list_meshes(request: Request, db: Db = None) -> Response:
                 "patches": mesh.distinct,
                 "patterns": mesh.patterns,
             }
-            for mesh in database.ask(lambda opened: opened.meshes())
+            for mesh in database.opened.meshes()
         ]
         return {"db": database.name, "meshes": meshes}
 

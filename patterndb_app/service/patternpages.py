@@ -123,7 +123,7 @@ def list_page(database: ServedDatabase, choice: PatternPageRequest) -> PatternPa
     total = 0
     keys: list[NDArray[np.int64]] = []
     owners: list[tuple[PatternClass, NDArray[np.int64]]] = []
-    for patterns, rows in choose_patterns(database, choice):
+    for patterns, rows in choose_patterns(database.opened, choice):
         total += len(rows)
         key = PATTERN_ORDERS[choice.order](patterns)[rows]
         if after is not None:
@@ -185,9 +185,9 @@ def parse_cursor(cursor: str, order: str) -> tuple[int, int]:
 
 def describe_pattern(database: ServedDatabase, name: str) -> PatternDetailJson:
     """All that is known of the pattern whose name begins so; NotFoundError if not exactly one."""
-    pattern = database.ask(lambda db: db.pattern(name))
-    seen = database.ask_slowly(lambda db: db.occurrences(pattern))
-    known = {mesh.name: mesh.provenance for mesh in database.ask(lambda db: db.meshes())}
+    pattern = database.opened.pattern(name)
+    seen = database.slow.occurrences(pattern)
+    known = {mesh.name: mesh.provenance for mesh in database.opened.meshes()}
     from patterndb.geometry.embedding import embed_disk
 
     disk = pattern.disk()
@@ -237,4 +237,4 @@ def list_polychords(pattern: Pattern) -> list[list[int]]:
 
 def draw_pattern(database: ServedDatabase, name: str, suffix: Suffix) -> bytes:
     """A picture of the pattern whose name begins so, as the bytes of an SVG or PNG file."""
-    return draw(database.ask(lambda db: db.pattern(name)), suffix)
+    return draw(database.opened.pattern(name), suffix)

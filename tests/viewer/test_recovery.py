@@ -74,7 +74,7 @@ def switch_and_ink(saver: Saver) -> None:
     state = saver.state
     saver.drawn()
     edits, made = state.surfaces.edits, state.surfaces.made
-    cycles = [made.request.whole(patch.cycle) for patch in state.surfaces.patches]
+    cycles = [made.task.whole(patch.cycle) for patch in state.surfaces.patches]
     state.surfaces.steps.step(edits.switched_off(cycles[0]).with_method_of(cycles[1], "chords"))
     state.surfaces.ask()
     state.surfaces.change_alpha(0.25)
