@@ -598,7 +598,7 @@ def _find_type(one: Option) -> ParamType | None:
     kind = one.type
     if one.choices:
         if isinstance(kind, IntType | FloatType):
-            return WordOrNumber(one.choices, _find_range(kind))
+            return ChoiceOrNumber(one.choices, _find_range(kind))
         return click.Choice(one.choices)
     if isinstance(kind, IntType | FloatType):
         return _find_range(kind)
@@ -615,7 +615,7 @@ def _find_range(kind: IntType | FloatType) -> ParamType:
     return click.FloatRange(kind.ge if kind.gt is None else kind.gt, most, kind.gt is not None)
 
 
-class WordOrNumber(ParamType):
+class ChoiceOrNumber(ParamType):
     """One of some words, or a number in a range."""
 
     name = "word|number"
