@@ -6,7 +6,7 @@ Read in this order. Flat pictures: :mod:`~viewer.drawing` cuts a disk that was l
 :mod:`~viewer.commands` (what can be done, one table a viewer), :mod:`~viewer.keymap`,
 :mod:`~viewer.saver`, :mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`,
 :mod:`~viewer.picture`, :mod:`~viewer.facts`, :mod:`~viewer.slider`,
-:mod:`~viewer.nearness`; and :mod:`viewer.shell`, the window that they have on a screen. The pattern
+:mod:`~viewer.pointer`; and :mod:`viewer.shell`, the window that they have on a screen. The pattern
 browser: :mod:`~viewer.browser_state`, :mod:`~viewer.browser`. The fill explorer:
 :mod:`patterndb_sketch.exploration`, :mod:`~viewer.explorer_state`, :mod:`~viewer.explorer_picture`,
 :mod:`~viewer.explore`. The folders hold a viewer each. A viewer's state, its commands and its

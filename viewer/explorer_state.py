@@ -19,8 +19,8 @@ from query.drawingbase import DrawingBase
 from query.engine import PatternSource
 from query.placing import Placement, Region, Surface
 from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
-from viewer.nearness import SIDE_REACH
 from viewer.net import Net
+from viewer.pointer import SIDE_REACH
 from viewer.pointerstroke import PointerMode, PointerStroke
 
 #: Part of the picture's lesser size that a boundary is fitted into: its numbers need room.

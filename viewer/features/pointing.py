@@ -14,7 +14,7 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.edits import DrawnCurve
 from viewer.camera import View
-from viewer.nearness import FEATURE_REACH, PIN_REACH
+from viewer.pointer import FEATURE_REACH, PIN_REACH
 
 Place = tuple[float, float]
 

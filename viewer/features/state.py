@@ -14,7 +14,6 @@ from patterndb_sketch.features.edits import DrawnCurve, FeatureEdits
 from patterndb_sketch.features.files.curvefiles import FeatureFiles
 from patterndb_sketch.features.session import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
-from viewer.buttonpress import ButtonPress
 from viewer.camera import ModelCamera, ViewerState
 from viewer.features.pointing import (
     CurveUnderPointer,
@@ -25,7 +24,7 @@ from viewer.features.pointing import (
     to_picture_place,
 )
 from viewer.features.sliders import SLIDERS, get_slider_value, replace_value
-from viewer.nearness import PIN_REACH
+from viewer.pointer import PIN_REACH, ButtonPress
 from viewer.skin import Skin
 
 #: Seconds that each move of the pointer waits for what it changes: a pin follows it in any case.

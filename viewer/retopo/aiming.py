@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.picking import NetworkPicker
 from patterndb_sketch.retopo.previews import Preview
 from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
-from viewer.nearness import CHAIN_REACH, CLICK
+from viewer.pointer import CHAIN_REACH, CLICK
 from viewer.retopo.modes import ToolMode, ToolOption, list_modes
 from viewer.retopo.pointing import RetopoCamera, pick_foot, pick_line
 

@@ -14,7 +14,7 @@ from patterndb_sketch.retopo.picking import find_upright
 from patterndb_sketch.retopo.previews import Preview
 from patterndb_sketch.retopo.sizes import Sizes
 from viewer.camera import ViewerState
-from viewer.nearness import CLICK
+from viewer.pointer import CLICK
 from viewer.retopo.aiming import ToolPointer
 from viewer.retopo.modes import ToolMode, ToolOption
 from viewer.retopo.pointing import RetopoCamera, pick_line

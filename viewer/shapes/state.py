@@ -11,9 +11,8 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.shapemodel.shaping import ShapeChoice, ShapeLine, Shaping
-from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, View, ViewerState, fit_view
-from viewer.nearness import SHAPE_CURVE_REACH
+from viewer.pointer import SHAPE_CURVE_REACH, ButtonPress
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
 from viewer.shapes.skin import ShapeSkin
 

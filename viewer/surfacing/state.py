@@ -19,9 +19,8 @@ from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.patchsurface import PatchSurface
 from patterndb_sketch.surfacing.session import SurfacingWork
 from query.engine import PatternSource
-from viewer.buttonpress import ButtonPress
 from viewer.camera import Camera, View, ViewerState
-from viewer.nearness import RING_REACH, STROKE_END_REACH
+from viewer.pointer import RING_REACH, STROKE_END_REACH, ButtonPress
 from viewer.slider import Slider
 
 #: The price of chords; where it is small, little of it does much: places go by its square root.

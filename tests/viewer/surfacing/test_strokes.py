@@ -12,7 +12,7 @@ from patterndb_sketch.surfacing.edits import cut_cycle
 from query.placing import Surface
 from tests.support.viewer.domes import Finder, at, click, dome, drag, growing_dome, keys, opened
 from viewer.keymap import Effect
-from viewer.nearness import STROKE_END_REACH
+from viewer.pointer import STROKE_END_REACH
 from viewer.style import parse_colour
 from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import SNAP, compose_surface
