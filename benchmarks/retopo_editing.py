@@ -183,7 +183,7 @@ class Caller:
     def stroke(self, tool: str) -> np.ndarray:
         """A stroke: between places, round one, or wild; mostly as the tool wants it."""
         rng, surface = self.rng, self.editor.surface
-        loops = [chain for chain in self.editor.network.chains.values() if chain.loose]
+        loops = [chain for chain in self.editor.network.chains.values() if chain.is_closed_loop]
         if tool == "cylinder" and len(loops) > 1 and rng.random() < 0.8:
             one, two = rng.permutation(len(loops))[:2]
             return np.stack([loops[k].points[rng.integers(3)] for k in (one, two)])

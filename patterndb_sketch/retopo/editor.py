@@ -314,19 +314,19 @@ def find_new_leaps(before: Network, after: Network, surface: Surface) -> Points:
     """
     found: list[Points] = [np.empty((0, 3))]
     for number, chain in sorted(after.chains.items()):
-        if chain.laid:
+        if chain.auto:
             continue
         former = before.chains.get(number)
         if former is None or former.points is not chain.points:
-            found.append(find_leaps(surface, chain.points, chain.loose))
+            found.append(find_leaps(surface, chain.points, chain.is_closed_loop))
     leaps = np.concatenate(found)
     if not len(leaps) or not before.chains:
         return leaps
     # A curve that is cut by the edit is another chain: what it did before it still does.
     former = [
-        find_leaps(surface, chain.points, chain.loose)
+        find_leaps(surface, chain.points, chain.is_closed_loop)
         for number, chain in before.chains.items()
-        if number not in after.chains and not chain.laid
+        if number not in after.chains and not chain.auto
     ]
     old = np.concatenate([np.empty((0, 3)), *former])
     away = np.linalg.norm(leaps[:, None] - old, axis=2)

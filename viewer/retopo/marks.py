@@ -73,7 +73,7 @@ def project_chains(chains: Iterable[Chain], view: View, *, through: bool) -> lis
     for chain in chains:
         line = chain.round
         facing = chain.normals @ view.axes[2] > AWAY
-        if chain.loose:
+        if chain.is_closed_loop:
             facing = np.concatenate([facing, facing[:1]])
         found += cut_runs(view.seen(line), np.ones(len(line), np.bool_) if through else facing)
     return found
@@ -111,7 +111,7 @@ def make_node_marks(network: Network, view: View, lift: float, *, through: bool)
         at = view.seen(node.point)
         if node.open:
             ends.append(at)
-        elif all(node.flagged):
+        elif all(node.corner_flags):
             corners.append(at)
         else:
             halves.append((at, find_stem(network, node, view)))
@@ -146,7 +146,7 @@ def make_empty_marks(
 
 def find_stem(network: Network, node: Node, view: View) -> Points:
     """Find (2,) the direction, as it is seen, in which a T-junction's curves end on it."""
-    passed = {k for k, flag in enumerate(node.flagged) if not flag}
+    passed = {k for k, flag in enumerate(node.corner_flags) if not flag}
     straight = {k for wedge in passed for k in (wedge, (wedge + 1) % len(node.ends))}
     total = np.zeros(3)
     for k, half in enumerate(node.ends):

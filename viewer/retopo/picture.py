@@ -265,7 +265,7 @@ def _curves(state: RetopoState) -> list[Triangles]:
         for chain in plain:
             facing = plane.mirror_directions(chain.normals) @ view.axes[2] > AWAY
             line = plane.mirror(chain.round)
-            facing = np.concatenate([facing, facing[:1]]) if chain.loose else facing
+            facing = np.concatenate([facing, facing[:1]]) if chain.is_closed_loop else facing
             images += cut_runs(view.seen(line), facing | through)
         parts.append(make_ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))
     flows = [flow.points for patch in network.patches.values() for flow in filling_of(patch).flows]

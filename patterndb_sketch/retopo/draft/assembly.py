@@ -340,16 +340,16 @@ class LayoutBuilder:
         drawn = {
             node
             for chain in before.chains.values()
-            if not (chain.marked or chain.loose)
+            if not (chain.marked or chain.is_closed_loop)
             for node in (chain.start, chain.end)
         }
         for number in sorted(drawn):
             old, now = before.nodes[number], self.builder.nodes[number]
             flags = tuple(
                 flag if half in taken or before.mark(half) else half in self.wedge_corners
-                for half, flag in zip(old.ends, old.flagged, strict=True)
+                for half, flag in zip(old.ends, old.corner_flags, strict=True)
             )
-            self.builder.set_node(replace(now, flagged=flags))
+            self.builder.set_node(replace(now, corner_flags=flags))
 
     def _fill_wedges(self, number: int) -> Node:
         """A node that was there, with what ends there now in its wedges."""
@@ -359,11 +359,11 @@ class LayoutBuilder:
             added.setdefault(self.builder.half_now(first), []).append((order, half))
         ends: list[HalfChain] = []
         flags: list[bool] = []
-        for end, flag in zip(node.ends, node.flagged, strict=True):
+        for end, flag in zip(node.ends, node.corner_flags, strict=True):
             more = [half for _, half in sorted(added.get(end, []))]
             ends += [end, *more]
             flags += [True] * (len(more) + 1) if more else [flag]
-        return replace(node, ends=tuple(ends), flagged=tuple(flags))
+        return replace(node, ends=tuple(ends), corner_flags=tuple(flags))
 
     def _open_wall(self, at: _Junction, corner: bool, beyond: bool) -> Node:
         """A node on a chain that was there, with what ends there on its left and its right; corner,
@@ -377,7 +377,7 @@ class LayoutBuilder:
             *((True,) * (len(left) + 1) if left or corner else (False,)),
             *((True,) * (len(right) + 1) if right or beyond else (False,)),
         )
-        return replace(old, ends=ends, flagged=flags)
+        return replace(old, ends=ends, corner_flags=flags)
 
     def _finish(self) -> Network:
         nodes, chains = self.builder.nodes, self.builder.chains
@@ -418,7 +418,7 @@ class LayoutBuilder:
     def _ends(self, half: HalfChain) -> tuple[int, ...]:
         """The nodes of a half-chain's curve."""
         chain = self.builder.chains[half >> 1]
-        return () if chain.loose else (chain.start, chain.end)
+        return () if chain.is_closed_loop else (chain.start, chain.end)
 
 
 def interpolate_line(

@@ -119,7 +119,12 @@ def _propose_all(
     next_id = network.next_id
     for k, (part, half_part) in enumerate(_list_parts(surface, parts, half)):
         mine = {c: chain for c, chain in network.chains.items() if own[c] == k}
-        ends = {n for chain in mine.values() if not chain.loose for n in (chain.start, chain.end)}
+        ends = {
+            n
+            for chain in mine.values()
+            if not chain.is_closed_loop
+            for n in (chain.start, chain.end)
+        }
         begun = replace(
             network,
             nodes={n: network.nodes[n] for n in sorted(ends)},
@@ -380,6 +385,8 @@ def share_chains(
 def _take_steps(chain: Chain) -> tuple[Points, Points]:
     """(n, 3) the middles of a marked chain's steps, and (n, 3) where they lead with the surface on
     their left."""
-    line = np.concatenate([chain.points, chain.points[:1]]) if chain.loose else chain.points
+    line = (
+        np.concatenate([chain.points, chain.points[:1]]) if chain.is_closed_loop else chain.points
+    )
     ahead = units(np.diff(line, axis=0))
     return 0.5 * (line[1:] + line[:-1]), ahead if chain.marks[0] == "" else -ahead

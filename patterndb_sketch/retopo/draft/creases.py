@@ -214,8 +214,12 @@ class _CreaseBuilder:
         k = node.ends.index(forth)
         before, after = node.ends[: k + 1], node.ends[k + 1 :]
         wedge = node.wedge_after(forth)
-        flags = (*node.flagged[:wedge], *(True,) * (len(ends) + 1), *node.flagged[wedge + 1 :])
-        return replace(node, ends=(*before, *ends, *after), flagged=flags)
+        flags = (
+            *node.corner_flags[:wedge],
+            *(True,) * (len(ends) + 1),
+            *node.corner_flags[wedge + 1 :],
+        )
+        return replace(node, ends=(*before, *ends, *after), corner_flags=flags)
 
 
 def _sample_path(surface: Surface, path: list[int], sampling: float) -> tuple[Points, Points]:

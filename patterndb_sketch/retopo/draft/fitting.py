@@ -182,7 +182,7 @@ class _Fit:
         still = {
             node
             for chain in network.chains.values()
-            if chain.id not in self.laid and not chain.loose
+            if chain.id not in self.laid and not chain.is_closed_loop
             for node in (chain.start, chain.end)
         }
         free = np.where(

@@ -117,7 +117,7 @@ def find_fixed_curves(
     fixed = {
         c: chain
         for c, chain in network.chains.items()
-        if not (c in laid or c in still or FACE in chain.marks or chain.loose)
+        if not (c in laid or c in still or FACE in chain.marks or chain.is_closed_loop)
     }
     ends: dict[int, list[HalfChain]] = {}
     for c, chain in fixed.items():

@@ -94,7 +94,7 @@ class _Paths:
         self.taken: set[int] = set()
         self.half: dict[tuple[int, int], HalfChain] = {}
         self.anchors: dict[int, int] = {}
-        drawn = {n for one in chains if not one.loose for n in (one.start, one.end)}
+        drawn = {n for one in chains if not one.is_closed_loop for n in (one.start, one.end)}
         for number in sorted(drawn):
             node = network.nodes[number]
             rim = any(network.chains[half >> 1].marked for half in node.ends)
@@ -126,7 +126,7 @@ class _Paths:
     def add(self, chain: Chain) -> None:
         """Lay the path of a curve."""
         pieces: list[_Piece] = []
-        if chain.loose:
+        if chain.is_closed_loop:
             line = np.concatenate([chain.points, chain.points[:1]])
             up = np.concatenate([chain.normals, chain.normals[:1]])
             stops = np.linspace(0, len(chain.points), THIRDS + 1).astype(int).tolist()

@@ -199,7 +199,7 @@ def _lay_field(
     builder = LayoutBuilder(network, surface, sizes, lines, JOINING * sizes.edge, corners)
     made = builder.build()
     laid_here = frozenset(builder.laid & made.chains.keys())
-    own = {c: replace(made.chains[c], laid=True) for c in sorted(laid_here)}
+    own = {c: replace(made.chains[c], auto=True) for c in sorted(laid_here)}
     return _LaidField(replace(made, chains={**made.chains, **own}), laid_here, builder.kept)
 
 

@@ -115,7 +115,7 @@ class ProposedDraft:
         """Is little wrong for its creases: few quads are flipped, or it is a little too far off?"""
         unfilled, tangled, flipped, off = self.rank[:WRONG]
         chains = self.network.chains.values()
-        along = sum(chain.count for chain in chains if not (chain.laid or chain.marked))
+        along = sum(chain.count for chain in chains if not (chain.auto or chain.marked))
         # Of a half, flipped quads of the image count, too.
         along *= self.report.quads / max(sum(len(p.quads) for p in self.found.placed.values()), 1)
         if not along or unfilled or tangled:

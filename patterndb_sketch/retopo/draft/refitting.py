@@ -34,9 +34,9 @@ from query.engine import PatternSource
 def claim_curves(before: Network, after: Network) -> Network:
     """The network after an edit; curves of a draft that took another course are the user's."""
     claimed = {
-        c: replace(chain, laid=False)
+        c: replace(chain, auto=False)
         for c, chain in after.chains.items()
-        if chain.laid
+        if chain.auto
         and (former := before.chains.get(c)) is not None
         and former.points is not chain.points
         and not np.array_equal(former.points, chain.points)
@@ -69,7 +69,7 @@ def refit_quads(
     laid = {
         c
         for c, chain in network.chains.items()
-        if chain.laid and owner.get(2 * c) in due and owner.get(2 * c + 1) in due
+        if chain.auto and owner.get(2 * c) in due and owner.get(2 * c + 1) in due
     }
     kept = network.patches.keys() - due
     near = _list_near(found, due, sample())
@@ -82,7 +82,7 @@ def list_unfitted(before: Network, after: Network) -> list[int]:
     and hold none of its vertices, on borders or within."""
     found: list[int] = []
     for patch in after.patches.values():
-        if not any(after.chains[half >> 1].laid for half in patch.loop):
+        if not any(after.chains[half >> 1].auto for half in patch.loop):
             continue
         filling = filling_of(patch)
         suits = has_suitable_fill(after, patch)

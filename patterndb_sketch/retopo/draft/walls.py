@@ -39,7 +39,7 @@ class Walls:
         return frozenset(
             node
             for chain in self.network.chains.values()
-            if not (chain.marked or chain.loose)
+            if not (chain.marked or chain.is_closed_loop)
             for node in (chain.start, chain.end)
         )
 
@@ -64,7 +64,7 @@ class Walls:
         of = self._samples
         after = np.arange(1, len(of.points) + 1)
         first, last = of.starts[:-1], of.starts[1:] - 1
-        after[last] = np.where(of.loose, first, last)
+        after[last] = np.where(of.is_closed_loop, first, last)
         return of.points, of.points[after] - of.points
 
     def find_place(self, point: Points, ahead: Points, middle: Points) -> OnWall | InWedge:
@@ -114,7 +114,7 @@ class Walls:
     ) -> InWedge | None:
         """The wedge at an end of a chain, if that is near and a drawn curve ends there; place: of
         the point on it. half: that has the mesh on its left."""
-        if chain.loose:
+        if chain.is_closed_loop:
             return None
         ends = (half, half ^ 1)
         for end in ends if (place < 0.5 * chain.segments) == (half & 1 == 0) else ends[::-1]:
@@ -138,6 +138,6 @@ def _project_on(begin: Points, step: Points, point: Points) -> tuple[Floats, Flo
 
 
 def _keep_off_ends(chain: Chain, place: float) -> float:
-    if chain.loose:
+    if chain.is_closed_loop:
         return place % len(chain.points)
     return min(max(place, OFF_ENDS), len(chain.points) - 1 - OFF_ENDS)

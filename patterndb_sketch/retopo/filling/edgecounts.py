@@ -153,7 +153,7 @@ def choose_counts(
     laid curves of are to be regular above all."""
     kept = {c: network.chains[c].count for c in held if network.chains[c].count}
     whole = NumberedCounts.of(network, edge, None, kept, anew=True)
-    drafted = any(chain.laid for chain in network.chains.values())
+    drafted = any(chain.auto for chain in network.chains.values())
     problem = whole.problem.with_regularity(FLOW_REGULARITY) if drafted else whole.problem
     found = solve_counts(problem, n_balls)
     return whole.put(network, found.counts), whole.describe_stuck(found.stuck)
@@ -279,6 +279,6 @@ def count_fewest_edges(chain: Chain, edge: float) -> int:
     """
     in_edges = chain.length / edge
     steps = max(FEWEST_STEPS, math.ceil(STEPS * in_edges))
-    bends = count_bend_edges(np.ascontiguousarray(chain.round), chain.loose, steps, edge)
+    bends = count_bend_edges(np.ascontiguousarray(chain.round), chain.is_closed_loop, steps, edge)
     # A full circle's edges are a whole number but for rounding.
     return max(1, math.ceil(max(bends, in_edges / STRETCH) - 1e-9))

@@ -275,6 +275,6 @@ def find_open_edges(mesh: RetopoMesh) -> Int32Array:
 def _is_same_chain(one: Chain, other: Chain) -> bool:
     return one is other or (
         one.count == other.count
-        and one.loose == other.loose
+        and one.is_closed_loop == other.is_closed_loop
         and np.array_equal(one.points, other.points)
     )

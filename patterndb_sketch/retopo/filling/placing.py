@@ -103,7 +103,7 @@ def name_border_vertices(network: Network, patch: Patch) -> list[tuple[int, int]
     keys: list[tuple[int, int]] = []
     for half in patch.loop:
         chain = network.chains[half >> 1]
-        keys.append((network.origin(half), -1) if not chain.loose else (chain.id, 0))
+        keys.append((network.origin(half), -1) if not chain.is_closed_loop else (chain.id, 0))
         inner = range(1, chain.count)
         keys += [(chain.id, k) for k in (reversed(inner) if half & 1 else inner)]
     return keys

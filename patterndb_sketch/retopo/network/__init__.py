@@ -8,8 +8,8 @@ counter and are never used twice.
 Half-chains are numbers: ``2 * chain`` forward, ``2 * chain + 1`` backward, ``half ^ 1`` the other
 way. What lies on the left of a half-chain belongs to it. ``Node.ends`` are the half-chains that
 leave a node, counter-clockwise; wedge i, between end i and the next, is a corner of the face in
-it if ``Node.flagged[i]``. A half-chain that arrives as the twin of end j is followed, around the
-face on its left, by end j - 1 (:func:`find_successor`, :func:`walk_face`).
+it if ``Node.corner_flags[i]``. A half-chain that arrives as the other way of end j is followed,
+around the face on its left, by end j - 1 (:func:`find_successor`, :func:`walk_face`).
 
 Places on chains are in samples: 3.25 is a quarter of the way from sample 3 to sample 4.
 

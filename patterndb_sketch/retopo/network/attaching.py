@@ -275,7 +275,7 @@ def _has_spare_handle(builder: Attachable, nodes: Mapping[int, Node]) -> bool:
     if not handles:
         return False
     ends = {half >> 1 for node in nodes.values() for half in node.ends}
-    chains = {c: line for c, line in builder.chains.items() if line.loose or c in ends}
+    chains = {c: line for c, line in builder.chains.items() if line.is_closed_loop or c in ends}
     return count_genus(nodes, chains) < handles
 
 
@@ -317,7 +317,7 @@ def _put_end(builder: Attachable, node: int, half: HalfChain, wedge: int, gap: G
     """A half-chain into a wedge of a node, with a corner on either side of it."""
     at = builder.nodes[node]
     if not at.ends:
-        builder.set_node(replace(at, ends=(half,), flagged=(False,)))
+        builder.set_node(replace(at, ends=(half,), corner_flags=(False,)))
         return
     if gap is not None:
         builder.gaps[half] = gap
@@ -325,6 +325,6 @@ def _put_end(builder: Attachable, node: int, half: HalfChain, wedge: int, gap: G
         replace(
             at,
             ends=(*at.ends[: wedge + 1], half, *at.ends[wedge + 1 :]),
-            flagged=(*at.flagged[:wedge], True, True, *at.flagged[wedge + 1 :]),
+            corner_flags=(*at.corner_flags[:wedge], True, True, *at.corner_flags[wedge + 1 :]),
         )
     )

@@ -179,14 +179,14 @@ class NetworkBuilder:
         chain, place = self.locate(chain, place)
         old = self.chains[chain]
         k, share = locate_place(old, place)
-        if not old.loose and share == 0.0 and k in (0, len(old.points) - 1):
+        if not old.is_closed_loop and share == 0.0 and k in (0, len(old.points) - 1):
             return old.start if k == 0 else old.end
         if FACE in old.marks:
             return old.start if 2.0 * place < old.segments else old.end
         point, normal = at if at is not None else point_at_place(old, k, share)
         node = self.new_node(point, normal, True)
         point, normal = self.nodes[node].point, self.nodes[node].normal
-        if old.loose:
+        if old.is_closed_loop:
             cut = Cut(k, share, (self.new_id(),), len(old.points))
             new = open_chain(old, cut, node, point, normal)
             pieces: tuple[Chain, ...] = (new,)
@@ -202,7 +202,7 @@ class NetworkBuilder:
         for piece in pieces:
             self.chains[piece.id] = piece
             self.touched_chains.add(piece.id)
-        self.set_node(replace(self.nodes[node], ends=ends, flagged=(False, False)))
+        self.set_node(replace(self.nodes[node], ends=ends, corner_flags=(False, False)))
         return node
 
     def merge(self, node: int) -> int | None:
@@ -230,7 +230,7 @@ class NetworkBuilder:
         self.drop_node(node)
         self.chains[new.id] = new
         self.touched_chains.add(new.id)
-        if not new.loose:
+        if not new.is_closed_loop:
             self.rename_end(new.start, one ^ 1, 2 * new.id)
             self.rename_end(new.end, two ^ 1, 2 * new.id + 1)
         return new.id
@@ -243,7 +243,7 @@ class NetworkBuilder:
         """
         chain, _ = self.locate(chain, 0.0)
         old = self.chains.pop(chain)
-        if old.loose:
+        if old.is_closed_loop:
             return ()
         left: list[int] = []
         for node, half in ((old.start, 2 * chain), (old.end, 2 * chain + 1)):
@@ -253,12 +253,12 @@ class NetworkBuilder:
             if not ends:
                 self.drop_node(node)
                 continue
-            flags = list(at.flagged)
+            flags = list(at.corner_flags)
             del flags[j]
             closing = (j - 1) % len(ends)
             others = sum(flags) - flags[closing]
             flags[closing] = len(ends) > 1 and (len(ends) == 2 or others < 2)
-            self.set_node(replace(at, ends=ends, flagged=tuple(flags)))
+            self.set_node(replace(at, ends=ends, corner_flags=tuple(flags)))
             left.append(node)
         return tuple(n for n in dict.fromkeys(left) if n in self.nodes)
 
@@ -270,14 +270,14 @@ class NetworkBuilder:
         chain = self.chains[half >> 1]
         at = self.nodes[chain.end if half & 1 else chain.start]
         j = at.wedge_after(half)
-        flags = (*at.flagged[:j], corner, *at.flagged[j + 1 :])
-        self.set_node(replace(at, flagged=flags, cut=at.cut and not corner))
+        flags = (*at.corner_flags[:j], corner, *at.corner_flags[j + 1 :])
+        self.set_node(replace(at, corner_flags=flags, cut=at.cut and not corner))
 
     def reshape_chain(self, chain: int, points: ArrayLike, normals: ArrayLike) -> None:
         """Let a chain run elsewhere between the same nodes: (n, 3) points and normals."""
         line, up = check_line(points, normals)
         old = self.chains[chain]
-        if not old.loose:
+        if not old.is_closed_loop:
             line[0], up[0] = self.nodes[old.start].point, self.nodes[old.start].normal
             line[-1], up[-1] = self.nodes[old.end].point, self.nodes[old.end].normal
         self.chains[chain] = replace(old, points=line, normals=up)
@@ -316,10 +316,10 @@ class NetworkBuilder:
                 continue
             if not at.ends:
                 del self.nodes[node]
-            elif at.valence > 1 and not any(at.flagged):
+            elif at.valence > 1 and not any(at.corner_flags):
                 if at.valence == 2 and self.merge(node) is not None:
                     continue
-                self.set_node(replace(at, flagged=(True,) * at.valence))
+                self.set_node(replace(at, corner_flags=(True,) * at.valence))
         self._refuse_crossings()
         return find_patches(
             replace(

@@ -67,7 +67,7 @@ def find_crossings(points: Points, normals: Points, closed: bool, of: Samples) -
     """
     line, up = _close_line(points, closed), _close_line(normals, closed)
     aside = line + ASIDE * _mean_step(line) * TOWARDS
-    found = cross_chains(aside, up, of.points, of.normals, of.starts, of.loose)
+    found = cross_chains(aside, up, of.points, of.normals, of.starts, of.is_closed_loop)
     order = np.argsort(found[:, 0], kind="stable")
     found = found[order]
     return Crossings(

@@ -29,7 +29,7 @@ def find_successor(
         return half, False
     at = nodes[node]
     wedge = at.wedge_before(half ^ 1)
-    return at.ends[wedge], at.flagged[wedge]
+    return at.ends[wedge], at.corner_flags[wedge]
 
 
 def walk_face(

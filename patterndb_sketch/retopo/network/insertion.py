@@ -350,7 +350,7 @@ class _PlainCurve:
                 continue
             far = (at.ends.index(self.builder.half_now(one.stem)) + 1) % 3
             flags = tuple(k != far for k in range(3))
-            self.builder.set_node(replace(at, flagged=flags, cut=True))
+            self.builder.set_node(replace(at, corner_flags=flags, cut=True))
 
     # Where the curve meets the network
 
@@ -605,7 +605,7 @@ class _PlainCurve:
 def _measure_ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChain]]:
     """The two ends of a chain: how far a place is from each along it, its node, and the half-chain
     that leaves it."""
-    if chain.loose:
+    if chain.is_closed_loop:
         return []
     along = arc_length(chain.points)
     at = float(np.interp(place, np.arange(len(along)), along))

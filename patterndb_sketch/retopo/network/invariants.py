@@ -37,7 +37,7 @@ def check_network(network: Network, patches: bool = True) -> None:
     _check_ids(network)
     for chain in network.chains.values():
         where = f"chain {chain.id}"
-        least = 3 if chain.loose else 2
+        least = 3 if chain.is_closed_loop else 2
         _hold(chain.points.shape == (len(chain.points), 3), where, "points are not (n, 3)")
         _hold(chain.normals.shape == chain.points.shape, where, "a normal for each point")
         _hold(len(chain.points) >= least, where, f"fewer than {least} points")
@@ -49,7 +49,7 @@ def check_network(network: Network, patches: bool = True) -> None:
         _hold(chain.count > 0 or not chain.pinned, where, "pinned without a count")
         _hold(set(chain.marks) <= set(MARKS), where, f"unknown marks {chain.marks}")
         _hold((chain.start == NONE) == (chain.end == NONE), where, "one end without a node")
-        if chain.loose:
+        if chain.is_closed_loop:
             continue
         for half, node, k in ((2 * chain.id, chain.start, 0), (2 * chain.id + 1, chain.end, -1)):
             _hold(node in network.nodes, where, f"node {node} is not there")
@@ -60,11 +60,11 @@ def check_network(network: Network, patches: bool = True) -> None:
     for node in network.nodes.values():
         where = f"node {node.id}"
         _hold(len(node.ends) > 0, where, "no chain ends there")
-        _hold(len(node.flagged) == len(node.ends), where, "not a flag for each wedge")
+        _hold(len(node.corner_flags) == len(node.ends), where, "not a flag for each wedge")
         for half in node.ends:
             _hold((half >> 1) in network.chains, where, f"half-chain {half} is not there")
             _hold(network.origin(half) == node.id, where, f"half-chain {half} leaves another")
-        _hold(any(node.flagged) != node.open, where, "flags: none at an open end, else one")
+        _hold(any(node.corner_flags) != node.open, where, "flags: none at an open end, else one")
     genus = count_genus(network.nodes, network.chains)
     if genus and network.surface is not None:
         handles = count_handles(network.surface)

@@ -57,7 +57,7 @@ def _contract(
     either end."""
     j, k = one.ends.index(half), two.ends.index(half ^ 1)
     first, last = one.ends[j + 1 :] + one.ends[:j], two.ends[k + 1 :] + two.ends[:k]
-    a, b = one.flagged[j:] + one.flagged[:j], two.flagged[k:] + two.flagged[:k]
+    a, b = one.corner_flags[j:] + one.corner_flags[:j], two.corner_flags[k:] + two.corner_flags[:k]
     # The wedges on either side of the chain, at its two ends, are one now.
     left, right = a[-1] or b[0], b[-1] or a[0]
     if first and last:
@@ -107,7 +107,7 @@ def unite_nodes(builder: NetworkBuilder, one: int, two: int, gaps: Gaps, near: f
             builder.chains[end >> 1] = _end_there(builder.chains[end >> 1], end, stays)
     builder.drop_node(goes)
     builder.same[goes] = stays
-    builder.set_node(replace(kept, ends=around, flagged=flags, cut=kept.cut and old.cut))
+    builder.set_node(replace(kept, ends=around, corner_flags=flags, cut=kept.cut and old.cut))
     builder.move_node(stays, kept.point, kept.normal)
     return True
 
@@ -167,8 +167,8 @@ def _collapse(
     """The node that is left of a chain, and the ends of it whose wedges on the left are new."""
     j, k = pulled.ends.index(half), stays.ends.index(half ^ 1)
     for side, lost in (
-        (half, pulled.flagged[j] and stays.flagged[k - 1]),
-        (half ^ 1, pulled.flagged[j - 1] and stays.flagged[k]),
+        (half, pulled.corner_flags[j] and stays.corner_flags[k - 1]),
+        (half ^ 1, pulled.corner_flags[j - 1] and stays.corner_flags[k]),
     ):
         patch = builder.before.patches.get(patch_of.get(side, -1))
         if patch is not None and len(patch.corners) - lost < FEWEST_CORNERS:
@@ -176,7 +176,7 @@ def _collapse(
     ends, flags = _contract(stays, pulled, half ^ 1)
     last = [at.ends[at.ends.index(end) - 1] for at, end in ((stays, half ^ 1), (pulled, half))]
     beside = tuple(end for end in last if end not in (half, half ^ 1))
-    return replace(stays, ends=ends, flagged=flags, cut=False), beside
+    return replace(stays, ends=ends, corner_flags=flags, cut=False), beside
 
 
 def _insert(
@@ -192,10 +192,10 @@ def _insert(
     if into is None or of is None:
         raise RefusedError("both corners need one gap without a patch, for the curves of the other")
     one = (*pulled.ends[of + 1 :], *pulled.ends[: of + 1])
-    inner = (*pulled.flagged[of + 1 :], *pulled.flagged[:of])
+    inner = (*pulled.corner_flags[of + 1 :], *pulled.corner_flags[:of])
     ends = (*stays.ends[: into + 1], *one, *stays.ends[into + 1 :])
-    flags = (*stays.flagged[:into], True, *inner, True, *stays.flagged[into + 1 :])
-    return replace(stays, ends=ends, flagged=flags), (stays.ends[into], one[-1])
+    flags = (*stays.corner_flags[:into], True, *inner, True, *stays.corner_flags[into + 1 :])
+    return replace(stays, ends=ends, corner_flags=flags), (stays.ends[into], one[-1])
 
 
 def _find_gap(
@@ -266,8 +266,8 @@ def _merge_doubled(builder: NetworkBuilder, half: HalfChain, pulled: set[int], n
     first, last = (line.start, line.end) if gone & 1 == 0 else (line.end, line.start)
     begin, finish = builder.nodes[first], builder.nodes[last]
     j = begin.ends.index(gone)
-    before, beyond = begin.ends[j - 1], begin.flagged[j - 1]
-    after = finish.flagged[finish.ends.index(gone ^ 1)]
+    before, beyond = begin.ends[j - 1], begin.corner_flags[j - 1]
+    after = finish.corner_flags[finish.ends.index(gone ^ 1)]
     builder.remove_chain(line.id)
     for node, end, corner in ((first, before, beyond), (last, kept, after)):
         if not builder.nodes[node].open:
@@ -289,7 +289,7 @@ def remove_doubles(builder: NetworkBuilder, made: Iterable[int], width: float) -
     while todo:
         chain = todo.pop(0)
         line = builder.chains.get(chain)
-        if chain not in left or line is None or line.loose:
+        if chain not in left or line is None or line.is_closed_loop:
             continue
         if line.start == line.end:
             if any(_turns_back(builder, half, width) for half in (2 * chain, 2 * chain + 1)):
@@ -398,5 +398,5 @@ def _restore_flags(builder: NetworkBuilder, node: int) -> None:
     if len(before) == at.valence and before[0] in at.ends:
         j = at.ends.index(before[0])
         if before == at.ends[j:] + at.ends[:j]:
-            flags = tuple(old.flagged[(i - j) % at.valence] for i in range(at.valence))
-            builder.set_node(replace(at, flagged=flags, cut=old.cut))
+            flags = tuple(old.corner_flags[(i - j) % at.valence] for i in range(at.valence))
+            builder.set_node(replace(at, corner_flags=flags, cut=old.cut))

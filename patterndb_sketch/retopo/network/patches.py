@@ -213,7 +213,7 @@ def trace_outline(network: Network, loop: Iterable[HalfChain]) -> tuple[Points, 
     for half in loop:
         chain = network.chains[half >> 1]
         line, up = chain.directed(half)
-        last = len(line) if chain.loose else -1
+        last = len(line) if chain.is_closed_loop else -1
         points.append(line[:last])
         normals.append(up[:last])
     return np.concatenate(points), np.concatenate(normals)

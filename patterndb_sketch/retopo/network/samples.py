@@ -24,7 +24,7 @@ class Samples:
     number on its chain. node: (m,) int32, its node at an end of a chain, else -1: a node
     is there once for every end.
     ids: (c,) int32, starts: (c + 1,) int32: the samples of chain ids[k] are those from starts[k]
-    to starts[k + 1]. loose: (c,) bool, is it closed, without a node?
+    to starts[k + 1]. is_closed_loop: (c,) bool, is it closed, without a node?
     """
 
     points: Points
@@ -34,7 +34,7 @@ class Samples:
     node: Int32Array
     ids: Int32Array
     starts: Int32Array
-    loose: NDArray[np.bool_]
+    is_closed_loop: NDArray[np.bool_]
 
 
 def take_samples(network: Network) -> Samples:
@@ -60,7 +60,7 @@ def take_chain_samples(lines: Mapping[int, Chain]) -> Samples:
         node,
         np.array(ids, np.int32),
         starts,
-        np.array([chain.loose for chain in chains], bool),
+        np.array([chain.is_closed_loop for chain in chains], bool),
     )
 
 
@@ -107,7 +107,7 @@ def find_nearest_place(
         of.points,
         of.normals,
         of.starts,
-        of.loose,
+        of.is_closed_loop,
         np.ascontiguousarray(point, np.float64),
         np.ascontiguousarray(normal, np.float64),
     )
@@ -206,7 +206,7 @@ def locate_place(chain: Chain, place: float) -> tuple[int, float]:
         share = 0.0
     elif share > 1.0 - AT_SAMPLE:
         at, share = at + 1, 0.0
-    if chain.loose:
+    if chain.is_closed_loop:
         at %= last
     return at, share
 
@@ -314,5 +314,5 @@ def join_chains(
         first.count + last.count if known else 0,
         known and first.pinned and last.pinned,
         marks,
-        first.laid and last.laid,
+        first.auto and last.auto,
     )

@@ -43,7 +43,7 @@ class Chain:
     count:   edges of the quad mesh along it; 0 while none is chosen.
     pinned:  was the count chosen by the user?
     marks:   of its left and its right side, seen forwards: "", or why no patch is ever there.
-    laid:    did a draft lay it, so that it may move where quads are fitted to the surface?
+    auto:    did a draft lay it, so that it may move where quads are fitted to the surface?
     """
 
     id: int
@@ -54,14 +54,14 @@ class Chain:
     count: int = 0
     pinned: bool = False
     marks: tuple[str, str] = ("", "")
-    laid: bool = False
+    auto: bool = False
 
     def __post_init__(self) -> None:
         self.points.flags.writeable = False
         self.normals.flags.writeable = False
 
     @property
-    def loose(self) -> bool:
+    def is_closed_loop(self) -> bool:
         """Is it closed, without any node?"""
         return self.start == NONE
 
@@ -73,16 +73,22 @@ class Chain:
     @property
     def round(self) -> Points:
         """(m + 1, 3) the points of its m segments; a closed one ends where it begins."""
-        return np.concatenate([self.points, self.points[:1]]) if self.loose else self.points
+        return (
+            np.concatenate([self.points, self.points[:1]]) if self.is_closed_loop else self.points
+        )
 
     @property
     def round_normals(self) -> Points:
         """(m + 1, 3) the normals of the same."""
-        return np.concatenate([self.normals, self.normals[:1]]) if self.loose else self.normals
+        return (
+            np.concatenate([self.normals, self.normals[:1]])
+            if self.is_closed_loop
+            else self.normals
+        )
 
     @property
     def segments(self) -> int:
-        return len(self.points) if self.loose else len(self.points) - 1
+        return len(self.points) if self.is_closed_loop else len(self.points) - 1
 
     @property
     def length(self) -> float:
@@ -102,9 +108,9 @@ class Node:
 
     point, normal: (3,) float64, read-only; the chains that end here have exactly these there.
     ends:    half-chains that leave it, counter-clockwise seen from outside.
-    flagged: wedge i lies between ends[i] and the next: is it a corner of the face in it? An
-             unflagged one is passed straight: where others are flagged, this is a T-junction.
-             An open end has the one wedge, unflagged; all others have a flagged one.
+    corner_flags: wedge i lies between ends[i] and the next: is it a corner of the face in it? One
+             that is not is passed straight: where others are, this is a T-junction. An open end
+             has the one wedge, no corner; all others have a corner.
     cut:     was it made by another curve that met the inside of a chain? If that curve goes,
              so does the node.
     """
@@ -113,7 +119,7 @@ class Node:
     point: Points = field(repr=False)
     normal: Points = field(repr=False)
     ends: tuple[HalfChain, ...] = ()
-    flagged: tuple[bool, ...] = ()
+    corner_flags: tuple[bool, ...] = ()
     cut: bool = False
 
     def __post_init__(self) -> None:

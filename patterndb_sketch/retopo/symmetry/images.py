@@ -113,12 +113,12 @@ class _Images:
         for node in self.network.nodes.values():
             if node.id in self.on_seam:
                 ends, flags = self._both_sides(node)
-                found[node.id] = replace(node, ends=ends, flagged=flags)
+                found[node.id] = replace(node, ends=ends, corner_flags=flags)
                 continue
             points, normals, _ = self._projected(node.point[None], node.normal[None])
             name, n = self.names.nodes[node.id], node.valence
             ends = tuple(self.names.half(end) for end in reversed(node.ends))
-            flags = tuple(node.flagged[(n - 2 - j) % n] for j in range(n))
+            flags = tuple(node.corner_flags[(n - 2 - j) % n] for j in range(n))
             found[name] = Node(name, points[0], normals[0], ends, flags, node.cut)
         return found
 
@@ -126,7 +126,7 @@ class _Images:
         """The ends of a node on the seam with their images, and its flags."""
         n = node.valence
         if n == 1:
-            return node.ends, node.flagged
+            return node.ends, node.corner_flags
         seam = SYMMETRY
         mark = self.network.mark
         outer = next(
@@ -135,7 +135,7 @@ class _Images:
             if mark(node.ends[j]) == seam or mark(node.ends[(j + 1) % n] ^ 1) == seam
         )
         ends = node.ends[outer + 1 :] + node.ends[: outer + 1]
-        flags = node.flagged[outer + 1 :] + node.flagged[: outer + 1]
+        flags = node.corner_flags[outer + 1 :] + node.corner_flags[: outer + 1]
         inside, outside = flags[:-1], flags[-1:]
         images = tuple(self.names.half(end) for end in reversed(ends) if end >> 1 not in self.seam)
         leaves, arrives = ends[0] >> 1 in self.seam, ends[-1] >> 1 in self.seam
@@ -157,7 +157,7 @@ class _Images:
                 continue
             points, normals, off = self._projected(chain.points, chain.normals)
             name, ends = self.names.chains[chain.id], (NONE, NONE)
-            if not chain.loose:
+            if not chain.is_closed_loop:
                 ends = self.names.nodes[chain.start], self.names.nodes[chain.end]
                 for k, node in ((0, nodes[ends[0]]), (-1, nodes[ends[1]])):
                     points[k], normals[k] = node.point, node.normal
@@ -165,7 +165,7 @@ class _Images:
                 self.off[name] = off
             left, right = chain.marks
             marks = (right, left)
-            kept = chain.count, chain.pinned, marks, chain.laid
+            kept = chain.count, chain.pinned, marks, chain.auto
             found[name] = Chain(name, *ends, points, normals, *kept)
         return found
 

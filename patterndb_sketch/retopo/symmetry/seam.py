@@ -119,7 +119,7 @@ class SeamLine:
 
     @property
     def closed(self) -> bool:
-        return self.chain.loose
+        return self.chain.is_closed_loop
 
 
 def _sample_run(half: Half, run: SeamRun, sampling: float) -> SeamLine:
@@ -195,7 +195,7 @@ def _add_line(
     marks = ("", SYMMETRY)
     if not places:
         for chain in level:
-            if chain.loose and is_alongside(chain, points):
+            if chain.is_closed_loop and is_alongside(chain, points):
                 return {_mark_side(builder, chain, points)}
         builder.add_loop(points, normals, marks=marks)
         return set()
@@ -232,7 +232,7 @@ def _mark_side(builder: NetworkBuilder, chain: Chain, line: Points) -> int:
     ahead = line[k + 1] - line[k]
     near = int(np.argmin(np.linalg.norm(chain.points - line[k], axis=1)))
     m = len(chain.points)
-    one, two = (near, (near + 1) % m) if chain.loose or near + 1 < m else (near - 1, near)
+    one, two = (near, (near + 1) % m) if chain.is_closed_loop or near + 1 < m else (near - 1, near)
     along = float((chain.points[two] - chain.points[one]) @ ahead) > 0.0
     marks = ("", SYMMETRY) if along else (SYMMETRY, "")
     builder.chains[chain.id] = replace(builder.chains[chain.id], marks=marks)
@@ -293,7 +293,7 @@ def cut_at_plane(builder: NetworkBuilder, half: Half) -> Parting:
             builder.remove_chain(chain)
             beyond += BORDER not in old.marks
             continue
-        places = find_plane_crossings(height, old.loose)
+        places = find_plane_crossings(height, old.is_closed_loop)
         for place in places:
             points, normals = interpolate_places(old.points, old.normals, np.array([place]))
             known = set(builder.nodes)

@@ -94,16 +94,16 @@ def align_chain(
     line = network.chain(chain)
     if line.marked:
         raise RefusedError("a border or the seam of symmetry stays where it is")
-    least = 3 if line.loose else FEWEST
+    least = 3 if line.is_closed_loop else FEWEST
     if len(line.points) < least:
         raise RefusedError(f"the curve has fewer than {least} points: it is too short to move")
     feature, _ = salience.feel(line.points, line.normals, mode)
     if feature.max() < FELT:
         raise RefusedError(f"no {_name_mode(mode)} is near the curve: draw it closer to one")
     points, normals, last = move_snake(
-        line.points, line.normals, line.loose, surface, sizes, salience, mode
+        line.points, line.normals, line.is_closed_loop, surface, sizes, salience, mode
     )
-    points, normals = even_course(points, normals, surface, sizes, line.loose)
+    points, normals = even_course(points, normals, surface, sizes, line.is_closed_loop)
     builder = NetworkBuilder(network)
     builder.reshape_chain(chain, points, normals)
     after = builder.finish()

@@ -206,14 +206,14 @@ class SurfaceBoundary:
         local = place - self.starts[min(k, len(self.halves) - 1)]
         if half & 1:
             n = len(chain.points)
-            local = (n - 1.0 - local) % n if chain.loose else n - 1.0 - local
+            local = (n - 1.0 - local) % n if chain.is_closed_loop else n - 1.0 - local
         return half, local
 
     def end(self, network: Network, place: float) -> AtNode | AtChain:
         """What a curve is joined to that ends at a place of the boundary."""
         half, local = self.located(network, place)
         chain = network.chains[half >> 1]
-        if not chain.loose:
+        if not chain.is_closed_loop:
             for node, edge in ((chain.start, 0.0), (chain.end, float(chain.segments))):
                 if abs(local - edge) < AT_NODE:
                     return AtNode(node)
@@ -290,7 +290,7 @@ def map_boundaries(
         for plane, edge in zip(planes, edges, strict=False)
     ]
     strokes = [
-        PlanarBoundary(plane, np.zeros(len(plane), np.bool_), chain.loose)
+        PlanarBoundary(plane, np.zeros(len(plane), np.bool_), chain.is_closed_loop)
         for plane, chain in zip(planes[len(edges) :], others, strict=True)
         if np.isfinite(plane).any()
     ]
@@ -331,10 +331,10 @@ def join_half_chains(
         chain = network.chains[half >> 1]
         line, up = chain.directed(half)
         # Shared vertices once: each half-chain without its last.
-        last = len(line) if chain.loose else len(line) - 1
+        last = len(line) if chain.is_closed_loop else len(line) - 1
         points.append(line[:last])
         normals.append(up[:last])
-        corner.append(np.arange(last) == (-1 if chain.loose else 0))
+        corner.append(np.arange(last) == (-1 if chain.is_closed_loop else 0))
         starts.append(starts[-1] + last)
     if not closed:
         line, up = network.chains[row[-1] >> 1].directed(row[-1])

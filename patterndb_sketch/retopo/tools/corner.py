@@ -48,14 +48,14 @@ def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: Arra
             builder.flag(half, True)
         return Edit.of(network, builder.finish())
     patches = network.patch_of()
-    for half, flagged in zip(corner.ends, corner.flagged, strict=True):
+    for half, flagged in zip(corner.ends, corner.corner_flags, strict=True):
         if flagged:
             _refuse_below(network, patches, half)
     marks = [network.mark(half) for half in corner.ends]
     marks_behind = [network.mark(half ^ 1) for half in corner.ends]
-    if all(corner.flagged) and marks != marks_behind[::-1]:
+    if all(corner.corner_flags) and marks != marks_behind[::-1]:
         raise RefusedError("a border ends at this corner: it cannot go")
-    for half, flagged in zip(corner.ends, corner.flagged, strict=True):
+    for half, flagged in zip(corner.ends, corner.corner_flags, strict=True):
         builder.flag(half, not flagged)
     return Edit.of(network, builder.finish())
 
@@ -81,7 +81,7 @@ def flip_wedge(
     reach = measure_reach(network.chains[half >> 1] for half in node.ends)
     ends = list_departures(network.chains, node.ends)
     wedge = find_wedge(node.normal, ends, (ray, False), reach, range(node.valence))
-    flags = list(node.flagged)
+    flags = list(node.corner_flags)
     if flags[wedge]:
         if sum(flags) == 1:
             raise RefusedError("this is the last corner of the node: one must stay")

@@ -50,12 +50,14 @@ def find_crossed(network: Network, chains: Iterable[int], near: float) -> set[in
     for chain in sorted(set(chains)):
         line = network.chains[chain]
         others = {k: other for k, other in network.chains.items() if k != chain}
-        met = find_crossings(line.points, line.normals, line.loose, take_chain_samples(others))
+        met = find_crossings(
+            line.points, line.normals, line.is_closed_loop, take_chain_samples(others)
+        )
         where = interpolate_places(line.points, line.normals, met.along)[0]
         for k, other in enumerate(met.chain):
             if not _is_at_node(network, line, network.chains[int(other)], where[k], near):
                 found.add(int(other))
-        own = find_self_crossings(line.points, line.normals, line.loose)
+        own = find_self_crossings(line.points, line.normals, line.is_closed_loop)
         where = interpolate_places(line.points, line.normals, own.along)[0]
         if any(not _is_at_node(network, line, line, at, near) for at in where):
             found.add(chain)

@@ -86,8 +86,8 @@ def _is_one_curve(builder: NetworkBuilder, before: Node) -> bool:
     one, two = sorted(before.ends.index(half) for half in left)
     if before.cut and n == 4 and two - one == 2:
         return True
-    return (two - one == 1 and not before.flagged[one]) or (
-        two - one == n - 1 and not before.flagged[two]
+    return (two - one == 1 and not before.corner_flags[one]) or (
+        two - one == n - 1 and not before.corner_flags[two]
     )
 
 

@@ -80,7 +80,7 @@ def _find_passages(
     line: Chain, within: NDArray[np.bool_], at: Points, radius: float
 ) -> list[float]:
     """Where a chain passes the circle, in samples."""
-    inner = np.concatenate([within, within[:1]]) if line.loose else within
+    inner = np.concatenate([within, within[:1]]) if line.is_closed_loop else within
     away = np.linalg.norm(line.round - at, axis=1) - radius
     found: list[float] = []
     for k in np.flatnonzero(inner[1:] != inner[:-1]):

@@ -78,7 +78,7 @@ def find_loop(network: Network, surface: Surface, place: SurfacePoints) -> HalfC
     if not chains:
         raise RefusedError("there is no curve yet")
     lines = [network.chains[chain] for chain in chains]
-    wall = make_wall(surface, [(line.points, line.loose) for line in lines])
+    wall = make_wall(surface, [(line.points, line.is_closed_loop) for line in lines])
     at = place.triangles[:1]
     if wall.crossed[at[0]]:
         return _find_beside(network, wall, chains, place)

@@ -198,7 +198,7 @@ def _move_place_to(
     if n < 3:
         raise RefusedError("the curve is too short to be bent: pull one of its ends")
     along = arc_length(line.round)
-    if line.loose:
+    if line.is_closed_loop:
         k = round(place) % n
         off = np.abs(along[:-1] - along[k])
         t = np.minimum(off, along[-1] - off) / (0.5 * along[-1])
@@ -229,10 +229,10 @@ def _reshape(
     )
     still = share == 0.0
     points[still], normals[still] = old.points[still], old.normals[still]
-    if not old.loose:
+    if not old.is_closed_loop:
         for k, node in ((0, old.start), (-1, old.end)):
             points[k], normals[k] = builder.nodes[node].point, builder.nodes[node].normal
-    builder.reshape_chain(old.id, *even_course(points, normals, surface, sizes, old.loose))
+    builder.reshape_chain(old.id, *even_course(points, normals, surface, sizes, old.is_closed_loop))
 
 
 def _chains_of(network: Network, node: int) -> set[int]:

@@ -120,7 +120,7 @@ def _part_between(
     """The part of a chain between two places. Of a chain that is closed, with a node or without,
     there may be two: that which is nearer to the stroke."""
     n = len(line.points)
-    if line.loose:
+    if line.is_closed_loop:
         begin, end = round(one) % n, round(two) % n
         ways = [
             _Part(line.id, begin, begin + (end - begin) % n, False, distance),
@@ -152,7 +152,7 @@ def _find_sample(line: Chain, place: float, snap: float) -> int:
 
 def _splice(line: Chain, part: _Part, way: Points, up: Points) -> tuple[Points, Points]:
     """The chain's course with a way (k, 3) in the place of a part."""
-    if line.loose:
+    if line.is_closed_loop:
         n = len(line.points)
         rest = np.arange(part.end + 1, part.begin + n) % n
         return np.concatenate([way, line.points[rest]]), np.concatenate([up, line.normals[rest]])

@@ -34,13 +34,13 @@ def smooth_chain(network: Network, surface: Surface, sizes: Sizes, chain: int) -
     line = network.chain(chain)
     if line.marked:
         raise RefusedError("a border or the seam of symmetry stays as it is")
-    least = FEWEST_CLOSED if line.loose else FEWEST_OPEN
+    least = FEWEST_CLOSED if line.is_closed_loop else FEWEST_OPEN
     if len(line.points) < least:
         raise RefusedError(f"the curve has fewer than {least} points: it is as smooth as can be")
     points, normals = line.points, line.normals
     for _ in range(ROUNDS):
         points, normals = take_to_surface(
-            smooth_polyline(points, 1, line.loose), normals, surface, sizes
+            smooth_polyline(points, 1, line.is_closed_loop), normals, surface, sizes
         )
     builder = NetworkBuilder(network)
     builder.reshape_chain(chain, points, normals)

@@ -213,7 +213,7 @@ def _erase_level(network: Network, chains: tuple[int, ...], half: Half, sizes: S
     for chain in chains:
         line = network.chains[chain]
         height = measure_heights(half, line.points)
-        on = not line.loose and height[0] == 0.0 == height[-1]
+        on = not line.is_closed_loop and height[0] == 0.0 == height[-1]
         if on and not line.marked and height.max() <= LEVEL * sizes.sampling:
             level.append(chain)
     return erase_chains(network, level).network if level else network

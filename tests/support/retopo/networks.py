@@ -126,7 +126,7 @@ def parts(network: Network) -> int:
 def genus(network: Network) -> int:
     """By Euler's formula: 0 if the order of ends around all nodes is that of a drawing on a
     plane or sphere."""
-    loose = sum(chain.loose for chain in network.chains.values())
+    loose = sum(chain.is_closed_loop for chain in network.chains.values())
     euler = len(network.nodes) + loose - len(network.chains) + len(faces(network))
     assert (2 * parts(network) - euler) % 2 == 0
     return (2 * parts(network) - euler) // 2

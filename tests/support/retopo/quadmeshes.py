@@ -136,7 +136,7 @@ def holds(found: QuadImport, mesh: Mesh) -> None:
         assert not any(network.mark(half) for half in patch.loop)
     for node in network.nodes.values():
         outside = [h for h in node.ends if network.mark(h) == BORDER]
-        assert node.flagged.count(False) == len(outside) <= 1
+        assert node.corner_flags.count(False) == len(outside) <= 1
     # Every quad is in one patch.
     assert sum(len(placed.quads) for placed in found.filled.placed.values()) == len(mesh[1])
     checked = check_quads(*mesh)

@@ -49,7 +49,7 @@ def test_a_stroke_that_closes_and_a_quick_one_stay_on_the_surface(state: RetopoS
     angle = np.linspace(0.0, 2.0 * np.pi, 9)
     drag(state, *np.stack([np.cos(angle), np.sin(angle)], axis=1).tolist())
     (chain,) = curves(state)
-    assert state.network.chains[chain].loose
+    assert state.network.chains[chain].is_closed_loop
     # Two events only: the way between them is on the surface, too.
     places = [at(state, (-3.0, 3.0)), at(state, (3.0, 3.0))]
     state.move(*places[0])
@@ -150,7 +150,7 @@ def test_a_plane_cuts_loops_and_a_stroke_joins_them_to_a_cylinder(source: Patter
             state.release(*at(state, (0.0, 1.4, z)))
             state.settle()
         loops = [state.network.chains[c] for c in curves(state)]
-        assert len(loops) == 2 and all(chain.loose for chain in loops)
+        assert len(loops) == 2 and all(chain.is_closed_loop for chain in loops)
         keys(state, "c + . .")
         assert state.tool.option(state.tool.mode, state.tool.mode.options[0]) == 5
         drag(state, (1.0, 0.0, -1.0), (1.0, 0.0, 1.0))

@@ -204,7 +204,7 @@ def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSour
     surface = horned(0.0 if symmetry else 0.5)
     editor = drafted(0.0 if symmetry else 0.5, symmetry, source)
     edge = editor.sizes.edge
-    assert all(chain.laid != chain.marked for chain in editor.network.chains.values())
+    assert all(chain.auto != chain.marked for chain in editor.network.chains.values())
     for times in (0.8, 1.3):
         do(editor, "recount", edge=times * edge)
         network = editor.network

@@ -225,9 +225,9 @@ def test_an_open_end_that_a_stroke_passes_is_joined(gap: float, x: float, closed
     node = network.nodes[node_at(network, x, 0.0)]
     assert node.valence == 3 and node.cut
     # A T-junction, straight on the far side.
-    half = node.ends[node.flagged.index(False)]
+    half = node.ends[node.corner_flags.index(False)]
     line = network.chains[half >> 1].directed(half)[0]
-    assert sum(node.flagged) == 2 and line[1][0] > x - 1e-9
+    assert sum(node.corner_flags) == 2 and line[1][0] > x - 1e-9
     (left,) = [c for c in network.chains.values() if c.points[:, 1].min() < -0.5]
     assert left.points[:, 1].max() == pytest.approx(0.0, abs=1e-9)
     # Without the stem the stroke is one curve again.

@@ -108,7 +108,7 @@ def test_four_strokes_make_a_square() -> None:
     (patch,) = network.patches.values()
     assert len(network.nodes) == len(network.chains) == 4
     assert [len(side) for side in patch.sides] == [1, 1, 1, 1]
-    assert all(node.flagged == (True, True) for node in network.nodes.values())
+    assert all(node.corner_flags == (True, True) for node in network.nodes.values())
     around, _ = trace_outline(network, patch.loop)
     assert measure_enclosed(around, up(around)).area == pytest.approx(2.0)
 
@@ -314,7 +314,7 @@ def test_samples_are_those_of_all_chains() -> None:
         assert (of.points[mine] == line.points).all()
         assert (of.chain[mine] == chain).all()
         assert (of.place[mine] == np.arange(len(line.points))).all()
-        assert of.loose[k] == line.loose == (chain == loop)
+        assert of.is_closed_loop[k] == line.is_closed_loop == (chain == loop)
         assert (of.node[of.starts[k]], of.node[of.starts[k + 1] - 1]) == (line.start, line.end)
     for node in network.nodes.values():
         rows = np.flatnonzero(of.node == node.id)
@@ -359,7 +359,7 @@ def test_borders_are_marked_loops_that_get_a_patch_on_the_surface_only() -> None
     network = add_borders(Network(), plane(), SIZES.sampling)
     check_network(network)
     (chain,) = network.chains.values()
-    assert chain.loose and chain.marks == ("", "border")
+    assert chain.is_closed_loop and chain.marks == ("", "border")
     assert chain.length == pytest.approx(40.0)
     for corner in plane().vertices:
         assert (chain.points == corner).all(axis=1).any()
@@ -396,8 +396,8 @@ def test_check_finds_what_is_broken() -> None:
         ("pinned", changed(network, replace(chain, pinned=True))),
         ("marks", changed(network, replace(chain, marks=("", "wall")))),
         ("is not there", changed(network, replace(chain, start=999))),
-        ("flags", changed(network, replace(node, flagged=(False, False)))),
-        ("flag for each", changed(network, replace(node, flagged=(True,)))),
+        ("flags", changed(network, replace(node, corner_flags=(False, False)))),
+        ("flag for each", changed(network, replace(node, corner_flags=(True,)))),
         ("leaves another", changed(network, replace(node, ends=(*node.ends, 2 * chain.id + 1)))),
         ("not once among", changed(network, replace(node, ends=node.ends[:1]))),
         ("no patch", replace(network, patches={})),

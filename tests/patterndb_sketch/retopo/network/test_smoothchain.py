@@ -39,7 +39,7 @@ def test_a_closed_curve_on_a_plane_keeps_its_middle_and_gets_no_rougher(seed: in
     turn = 2.0 * np.pi * np.arange(n) / n
     ring = np.c_[np.cos(turn), np.sin(turn)] * rng.uniform(0.5, 1.5, (n, 1))
     network = insert_stroke(Network(), plane(), SIZES, flat(ring, True)).network
-    if any(not line.loose for line in network.chains.values()):
+    if any(not line.is_closed_loop for line in network.chains.values()):
         return
     (before,) = network.chains.values()
     done = smooth_chain(network, plane(), SIZES, before.id).network

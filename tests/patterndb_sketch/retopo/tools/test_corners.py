@@ -48,7 +48,7 @@ def test_a_corner_is_made_on_a_curve_for_both_sides() -> None:
     check_network(done)
     assert [len(patch.corners) for patch in done.patches.values()] == [5, 5]
     node = done.nodes[node_at(done, 1, 0.5)]
-    assert node.flagged == (True, True) and not node.cut
+    assert node.corner_flags == (True, True) and not node.cut
 
 
 def test_toggling_is_refused_where_it_cannot_be() -> None:
@@ -83,7 +83,7 @@ def test_a_corner_on_a_closed_chain_and_away_again() -> None:
     check_network(none)
     (back,) = none.chains.values()
     (old,) = ring.chains.values()
-    assert back.loose
+    assert back.is_closed_loop
     assert {tuple(p) for p in back.points} == {tuple(p) for p in old.points}
 
 
@@ -118,7 +118,9 @@ def test_a_t_junction_becomes_a_corner_and_back() -> None:
     back = flip_wedge(flipped, SIZES, (1, 1.3, 0), (1, 1, 0), UP).network
     check_network(back)
     assert sorted(len(patch.corners) for patch in back.patches.values()) == [4, 4, 4]
-    assert [n.flagged for n in back.nodes.values()] == [n.flagged for n in network.nodes.values()]
+    assert [n.corner_flags for n in back.nodes.values()] == [
+        n.corner_flags for n in network.nodes.values()
+    ]
 
 
 def test_the_last_corner_of_a_node_stays() -> None:
@@ -126,7 +128,7 @@ def test_the_last_corner_of_a_node_stays() -> None:
     one = flip_wedge(network, SIZES, (0.2, 0.3, 0), (0.5, 0, 0), UP).network
     check_network(one)
     node = one.nodes[node_at(one, 0.5, 0)]
-    assert sum(node.flagged) == 1
+    assert sum(node.corner_flags) == 1
     with pytest.raises(RefusedError, match="last corner"):
         flip_wedge(one, SIZES, (0.8, 0.3, 0), (0.5, 0, 0), UP)
     # An open end has no wedge to switch; nothing is where nothing is.

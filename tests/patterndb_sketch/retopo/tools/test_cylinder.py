@@ -86,7 +86,7 @@ def with_corners(network: Network, z: float, degrees: list[float]) -> Network:
 def test_a_plane_cuts_a_closed_loop() -> None:
     network = circle(long_tube(), 1.0, Network())
     (chain,) = network.chains.values()
-    assert chain.loose
+    assert chain.is_closed_loop
     assert np.allclose(chain.points[:, 2], 1.0)
     assert chain.length == pytest.approx(72 * 2 * np.sin(np.pi / 72), rel=1e-3)
 
@@ -95,7 +95,7 @@ def test_a_plane_along_a_tube_cuts_from_border_to_border() -> None:
     surface = long_tube()
     edit = cut_loop(Network(), surface, SIZES, surface.nearest([[1.0, 0.0, 2.0]]), (0.0, 1.0, 0.0))
     (chain,) = edit.network.chains.values()
-    assert not chain.loose
+    assert not chain.is_closed_loop
     assert np.allclose(np.sort(chain.points[[0, -1], 2]), [0.0, 4.0])
 
 

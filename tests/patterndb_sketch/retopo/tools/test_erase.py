@@ -66,7 +66,7 @@ def test_one_arm_of_a_cross_leaves_a_t_junction_and_two_leave_nothing() -> None:
     one = erase_chains(network, [chain_between(network, (0.5, 0), (0.5, 0.5))]).network
     check_network(one)
     node = one.nodes[node_at(one, 0.5, 0)]
-    assert sorted(node.flagged) == [False, True, True]
+    assert sorted(node.corner_flags) == [False, True, True]
     two = erase_chains(one, [chain_between(one, (0.5, 0), (0.5, -0.5))]).network
     check_network(two)
     (chain,) = two.chains.values()
@@ -175,7 +175,7 @@ def test_borders_are_never_erased() -> None:
     check_network(done)
     assert [chain.points.tobytes() for chain in done.chains.values()] != []
     (left,) = done.chains.values()
-    assert left.loose and left.marked
+    assert left.is_closed_loop and left.marked
     both = erase_crossed_chains(cut, flat([[4.9, 0.9], [4.95, 1.1], [6, 2]]))
     assert both.notes
 
@@ -234,7 +234,7 @@ def test_a_knot_becomes_one_corner() -> None:
     check_network(done)
     assert genus(done) == 0
     node = done.nodes[node_at(done, 0, 0)]
-    assert node.valence == 6 and node.flagged == (True,) * 6
+    assert node.valence == 6 and node.corner_flags == (True,) * 6
     assert len(done.chains) == 6 and len(done.nodes) == 7
     for chain in done.chains.values():
         away = np.linalg.norm(chain.points, axis=1)

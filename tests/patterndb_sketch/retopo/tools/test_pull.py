@@ -104,7 +104,7 @@ def test_the_curves_of_a_corner_follow_evenly(seed: int) -> None:
     for node in network.nodes.values():
         goes = move if node.id == chosen.id else 0.0
         assert np.allclose(done.nodes[node.id].point, node.point + goes, atol=1e-12)
-        assert done.nodes[node.id].flagged == node.flagged
+        assert done.nodes[node.id].corner_flags == node.corner_flags
     for chain, line in network.chains.items():
         share = np.linspace(0.0, 1.0, len(line.points))[:, None]
         share = (line.start == chosen.id) * (1.0 - share) + (line.end == chosen.id) * share
@@ -154,7 +154,7 @@ def test_open_ends_meet_in_a_corner_or_smoothly() -> None:
     network = drawn([[0, 0], [1, 0]], [[1.5, 0], [2.5, 0.2]])
     done = let_go(network, (1, 0), (1.45, 0.03)).network
     node = done.nodes[node_at(done, 1.5, 0)]
-    assert node.flagged == (True, True) and len(done.chains) == 2
+    assert node.corner_flags == (True, True) and len(done.chains) == 2
     at = AtNode(node_at(network, 1, 0))
     smooth = release_held(network, plane(), SIZES, at, (1.45, 0.03, 0), UP, smooth=True).network
     check_network(smooth)
@@ -173,7 +173,7 @@ def test_the_ends_of_an_open_curve_close_to_a_loop_if_it_goes_round() -> None:
     smooth = release_held(network, plane(), SIZES, at, (0.02, 0.05, 0), UP, smooth=True).network
     check_network(smooth)
     (chain,) = smooth.chains.values()
-    assert chain.loose and not smooth.nodes
+    assert chain.is_closed_loop and not smooth.nodes
     # A straight one is just pulled: it would vanish.
     line = drawn([[0, 0], [0.5, 0]])
     done = let_go(line, (0.5, 0), (0.05, 0.0)).network
@@ -185,7 +185,7 @@ def test_an_open_end_meets_a_corner_and_a_side_as_a_stroke_does() -> None:
     assert corners(network) == [4]
     side = let_go(network, (1, 0.6), (1.95, 0.5)).network
     tee = side.nodes[node_at(side, 2, 0.5)]
-    assert tee.valence == 3 and sorted(tee.flagged) == [False, True, True]
+    assert tee.valence == 3 and sorted(tee.corner_flags) == [False, True, True]
     done = let_go(side, (0.5, 0.6), (0.02, 0.5)).network
     assert corners(done) == [4, 4]
     corner = let_go(network, (1, 0.6), (1.95, 0.97)).network
@@ -219,19 +219,19 @@ def test_the_gap_between_two_patches_is_zipped() -> None:
     assert both.patch_of().keys() >= {2 * kept, 2 * kept + 1}
     for place in ((2, 0), (2, 1)):
         node = both.nodes[node_at(both, *place)]
-        assert node.valence == 3 and node.flagged == (True, True, True)
+        assert node.valence == 3 and node.corner_flags == (True, True, True)
 
 
 def test_a_corner_that_meets_a_side_leaves_a_t_junction_there() -> None:
     network = apart()
     done = let_go(network, (2.3, 1), (2.04, 0.5)).network
     tee = done.nodes[node_at(done, 2, 0.5)]
-    assert tee.valence == 4 and sum(tee.flagged) == 3
+    assert tee.valence == 4 and sum(tee.corner_flags) == 3
     assert corners(done) == [4, 4] and genus(done) == 0
     low = let_go(done, (2.3, 0), (2.01, 0.01)).network
     assert corners(low) == [4, 4] and len(low.chains) == 8
     tee = low.nodes[node_at(low, 2, 0.5)]
-    assert tee.valence == 3 and sorted(tee.flagged) == [False, True, True]
+    assert tee.valence == 3 and sorted(tee.corner_flags) == [False, True, True]
 
 
 def test_a_side_collapses_when_its_corners_meet() -> None:
@@ -244,7 +244,7 @@ def test_a_side_collapses_when_its_corners_meet() -> None:
     assert corners(flat_one) == [3]
     ends = {node_at(flat_one, 1, 0), node_at(flat_one, 2, 0)}
     (between,) = [c for c in flat_one.chains.values() if {c.start, c.end} == ends]
-    assert not between.loose
+    assert not between.is_closed_loop
 
 
 def test_a_stub_is_pulled_in() -> None:
@@ -252,7 +252,7 @@ def test_a_stub_is_pulled_in() -> None:
     done = let_go(network, (2.5, 1.5), (2.03, 1.02)).network
     assert len(done.chains) == 4 and corners(done) == [4]
     node = done.nodes[node_at(done, 2, 1)]
-    assert node.valence == 2 and all(node.flagged)
+    assert node.valence == 2 and all(node.corner_flags)
     back = let_go(network, (2, 1), (2.48, 1.48)).network
     assert len(back.chains) == 4 and node_at(back, 2.5, 1.5)
 

@@ -94,7 +94,7 @@ def test_the_nearer_part_of_a_closed_curve_goes_with_a_node_or_without() -> None
     stem = insert_stroke(ring, plane(), SIZES, flat([[1.0, 0.0], [1.6, 0.0]])).network
     for network in (ring, stem):
         loop = max(network.chains.values(), key=lambda line: line.length)
-        assert loop.loose == (network is ring)
+        assert loop.is_closed_loop == (network is ring)
         for sign in (1.0, -1.0):
             stroke = flat([[1.0, 0.0], [0.5, 0.5 * sign], [0.0, sign]])
             done = redraw_chain(network, plane(), SIZES, stroke).network

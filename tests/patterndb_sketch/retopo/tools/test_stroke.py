@@ -58,10 +58,10 @@ def test_a_chord_of_a_square_makes_two_t_junctions() -> None:
     assert areas(network) == pytest.approx([1.0, 1.0])
     for x, y, side in ((1, 0, 1), (1, 1, -1)):
         node = network.nodes[node_at(network, x, y)]
-        assert node.valence == 3 and sum(node.flagged) == 2 and node.cut
+        assert node.valence == 3 and sum(node.corner_flags) == 2 and node.cut
         # The straight wedge is the one that the chord is not in.
-        half = node.ends[node.flagged.index(False)]
-        after = node.ends[(node.flagged.index(False) + 1) % 3]
+        half = node.ends[node.corner_flags.index(False)]
+        after = node.ends[(node.corner_flags.index(False) + 1) % 3]
         xs = [network.chains[h >> 1].directed(h)[0][1][0] - x for h in (half, after)]
         assert np.sign(xs).tolist() == [-side, side]
     assert [len(p.corners) for p in network.patches.values()] == [4, 4]
@@ -89,7 +89,7 @@ def test_a_loop_too_long_for_a_patch_is_told_and_can_be_made_one(longest: float)
 def test_a_crossing_is_a_corner_of_all_four_wedges() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, -0.5], [0.5, 0.5]])
     node = network.nodes[node_at(network, 0.5, 0)]
-    assert node.flagged == (True,) * 4
+    assert node.corner_flags == (True,) * 4
     assert len(network.nodes) == 5 and len(network.chains) == 4
 
 
@@ -103,7 +103,7 @@ def test_ends_snap_to_open_ends_before_corners_before_sides() -> None:
     network, corner = cut_chain(network, place.chain, place.place)
     done = insert_stroke(network, plane(), SIZES, flat([[0, 0], [0, -1]]))
     joined = done.network.nodes[node_at(done.network, -0.09, 0)]
-    assert joined.valence == 2 and joined.flagged == (True, True)
+    assert joined.valence == 2 and joined.corner_flags == (True, True)
     # Without the open end, the corner; without that, the side.
     away = insert_stroke(network, plane(), SIZES, flat([[0.03, 0], [0.5, -1]])).network
     assert away.nodes[corner].valence == 3
@@ -125,7 +125,7 @@ def test_a_joint_is_a_corner_or_smooth_on_request() -> None:
     network = drawn([[0, 0], [1, 0]])
     sharp = insert_stroke(network, plane(), SIZES, flat([[1, 0], [2, 0]]))
     assert len(sharp.network.chains) == 2
-    assert sharp.network.nodes[node_at(sharp.network, 1, 0)].flagged == (True, True)
+    assert sharp.network.nodes[node_at(sharp.network, 1, 0)].corner_flags == (True, True)
     smooth = insert_stroke(network, plane(), SIZES, flat([[1, 0], [2, 0]]), smooth=(True, False))
     check_network(smooth.network)
     (chain,) = smooth.network.chains.values()
@@ -187,7 +187,7 @@ def test_closed_strokes_snap_to_nothing_and_have_no_corner() -> None:
     ring = np.c_[1 + 0.43 * np.cos(t), 0.5 + 0.43 * np.sin(t)]
     inside = insert_stroke(square(), plane(), SIZES, flat(ring, True))
     (chain,) = inside.chains
-    assert inside.network.chains[chain].loose
+    assert inside.network.chains[chain].is_closed_loop
     assert not inside.patches and len(inside.network.patches) == 1
     wide = np.c_[1 + 0.8 * np.cos(t), 0.5 + 0.8 * np.sin(t)]
     done = insert_stroke(square(), plane(), SIZES, flat(wide, True)).network
@@ -205,7 +205,7 @@ def test_a_figure_eight_crosses_itself_once() -> None:
     check_network(network)
     assert genus(network) == 0
     (node,) = network.nodes.values()
-    assert node.valence == 4 and all(node.flagged)
+    assert node.valence == 4 and all(node.corner_flags)
     assert node.point == pytest.approx([0, 0, 0], abs=0.01)
     assert len(network.chains) == 2 and not network.patches
 
@@ -303,7 +303,7 @@ def test_straight_strokes_make_their_arrangement(draw, random) -> None:
         assert len(network.chains) == len(lines) + 2 * len(points)
         for p in points:
             node = network.nodes[node_at(network, *p)]
-            assert node.valence == 4 and all(node.flagged)
+            assert node.valence == 4 and all(node.corner_flags)
         networks.append(network)
         if order == 0:
             random.shuffle(lines)

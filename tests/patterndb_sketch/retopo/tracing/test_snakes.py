@@ -314,7 +314,7 @@ def test_a_corner_moves_and_its_curves_follow() -> None:
     for node in network.nodes.values():
         if node.id != tee.id:
             assert (edit.network.nodes[node.id].point == node.point).all()
-    assert edit.network.nodes[tee.id].flagged == tee.flagged
+    assert edit.network.nodes[tee.id].corner_flags == tee.corner_flags
 
 
 def test_patches_stay_and_crossings_are_told() -> None:
