@@ -196,15 +196,13 @@ def surface(
     # Imported here because --help need not wait for it.
     from patterndb_sketch.surfacing import find_openings
     from patterndb_sketch.surfacing import surface as surface_of
-    from patterndb_sketch.surfacing.networkfile import gives_cycles
 
     patterns = METHODS[request.method].needs_database
     if patterns and not cycles_only:
         require_extra("sketch", f"--method {request.method}")
-    if not EXTRAS["sketch"].is_there() and (find_cycles or not gives_cycles(network)):
-        require_extra("sketch", "finding the cycles of a network")
-
     drawing = _read(network, tolerance, mirror)
+    if not EXTRAS["sketch"].is_there() and (find_cycles or not drawing.network.cycles):
+        require_extra("sketch", "finding the cycles of a network")
     for note in drawing.notes:
         say(note)
     _say_joins(drawing)

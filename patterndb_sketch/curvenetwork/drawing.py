@@ -11,7 +11,7 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.curvenetwork.network import CurveId, CurveNetwork, Cycle, InvalidNetworkError
+from patterndb_sketch.curvenetwork.network import CurveId, CurveNetwork, InvalidNetworkError
 
 #: An end is reported if it misses another curve by no more than this share of its own curve's
 #: length: strokes drawn by hand miss by a few hundredths, what stands farther off may be meant to.
@@ -73,11 +73,7 @@ class Drawing:
             )
         drawn = sorted({curve for stage in self.stages[:n_stages] for curve in stage})
         number = {curve: i for i, curve in enumerate(drawn)}
-        cycles = [
-            Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
-            for cycle in self.network.cycles
-            if all(curve in number for curve in cycle.curves)
-        ]
+        cycles = filter(None, (cycle.renumber(number) for cycle in self.network.cycles))
         curves = tuple(self.network.curves[curve] for curve in drawn)
         return CurveNetwork(curves, self.network.nodes, tuple(cycles))
 

@@ -11,6 +11,7 @@ from patterndb_sketch.curvenetwork.network import (
     Cycle,
     InvalidNetworkError,
     Step,
+    turn_walk,
 )
 
 #: For every curve id, the walks along the network that the drawn curves of that name became.
@@ -122,12 +123,11 @@ class _CurveWalks:
             if not self._backward:
                 found += self._along(chain, first, last)
             if self._backward is not False:
-                turned = [(curve, not backward) for curve, backward in reversed(chain)]
-                found += self._along(turned, first, last)
+                found += self._along(turn_walk(chain), first, last)
         return found
 
     def _along(
-        self, chain: list[Step], first: int, last: int
+        self, chain: Sequence[Step], first: int, last: int
     ) -> list[tuple[float, tuple[Step, ...]]]:
         passed = [self._network.ends(step)[0] for step in chain]
         passed.append(self._network.ends(chain[-1])[1])
@@ -136,7 +136,7 @@ class _CurveWalks:
         if passed[0] == passed[-1]:
             # Closed: a walk may pass where the chain begins, and is once around at most.
             passed = passed[:-1] + passed
-            steps = chain + chain
+            steps = (*chain, *chain)
         starts = [i for i in range(n) if passed[i] == first]
         found: list[tuple[float, tuple[Step, ...]]] = []
         for i in starts:

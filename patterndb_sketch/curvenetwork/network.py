@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -72,13 +72,24 @@ class Cycle:
     @property
     def turned(self) -> Cycle:
         """The same cycle, walked the other way round."""
-        return Cycle(tuple((curve, not backward) for curve, backward in reversed(self.steps)))
+        return Cycle(turn_walk(self.steps))
 
     @property
     def key(self) -> tuple[tuple[int, bool], ...]:
         """What two cycles have in common that differ in start and sense only."""
         walks = (self.steps, self.turned.steps)
         return min(walk[i:] + walk[:i] for walk in walks for i in range(len(walk)))
+
+    def renumber(self, number: Mapping[int, int]) -> Cycle | None:
+        """Return the cycle with other numbers of curves; None if one of them has no other."""
+        if not all(curve in number for curve in self.curves):
+            return None
+        return Cycle(tuple((number[curve], backward) for curve, backward in self.steps))
+
+
+def turn_walk(steps: Sequence[Step]) -> tuple[Step, ...]:
+    """Return the steps of a walk the other way round."""
+    return tuple((curve, not backward) for curve, backward in reversed(steps))
 
 
 @dataclass(frozen=True, slots=True)

@@ -238,7 +238,8 @@ class Snap:
         if constraints and chosen.change > 0.0:
             moved = move_with_pins(samples, constraints, model.diagonal, closed=around)
             samples = model.nearest(moved).points
-        first = _about(model, clicked, chosen, samples, tuple(constraints), notes, around)
+        sketched = _SketchedCurve(model, clicked, around, notes)
+        first = _about(sketched, chosen, samples, tuple(constraints))
         return first.again(chosen.rounds - 1)
 
     @property
@@ -249,12 +250,10 @@ class Snap:
     def again(self, rounds: int = 1) -> Snap:
         """After more rounds: ribs about the curve as it is now."""
         snapped = self
+        sketched = _SketchedCurve(self.model, self.stroke, self.closed, self.notes)
         for _ in range(rounds):
             now = snapped.curve
-            snapped = _about(
-                self.model, self.stroke, self.settings, now.samples, now.constraints, self.notes,
-                self.closed,
-            )  # fmt: skip
+            snapped = _about(sketched, self.settings, now.samples, now.constraints)
         return snapped
 
     def with_settings(self, settings: SnapSettings) -> Snap:
@@ -410,16 +409,24 @@ def snap(
     return Snap.begin(model, stroke, settings, constraints, closed=closed).curve
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _SketchedCurve:
+    """What is the same in every round; fields as of :class:`Snap`."""
+
+    model: Surface
+    stroke: Points
+    closed: bool
+    notes: tuple[str, ...]
+
+
 def _about(
-    model: Surface,
-    stroke: Points,
+    sketched: _SketchedCurve,
     settings: SnapSettings,
     samples: Points,
     constraints: tuple[Constraint, ...],
-    notes: tuple[str, ...],
-    closed: bool,
 ) -> Snap:
-    """One round: ribs about the spline through the samples, cut."""
+    """Make one round: ribs about the spline through the samples, cut."""
+    model, closed, notes = sketched.model, sketched.closed, sketched.notes
     fit = fit_spline(samples, degree=settings.degree, constraints=constraints, closed=closed)
     origins, tangents = fit.spline.evaluate(fit.parameters), fit.spline.tangent(fit.parameters)
     ribs = _ribs(model, origins, tangents, settings)
@@ -428,8 +435,8 @@ def _about(
         fit.spline, samples, fit.parameters, constraints, settings, (), (), (), notes
     )
     return Snap(
-        model, stroke, settings, fit.spline, fit.parameters, origins, tangents, ribs, fishbone,
-        _terms(model, fishbone, settings), curve, notes,
+        model, sketched.stroke, settings, fit.spline, fit.parameters, origins, tangents, ribs,
+        fishbone, _terms(model, fishbone, settings), curve, notes,
     )._cut(constraints)  # fmt: skip
 
 

@@ -24,7 +24,6 @@ from patterndb_sketch.surfacing.edits import (
     Key,
     SurfacingEdits,
     choose_next_method,
-    renumber_cycle,
 )
 from patterndb_sketch.surfacing.inking import InkedStroke
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, SurfaceRequest
@@ -85,7 +84,7 @@ class SurfaceTask:
     def here(self, cycles: Sequence[Cycle]) -> list[Cycle]:
         """Those cycles of the whole drawing that the network has, by its own numbers."""
         number = {name: i for i, name in enumerate(self.numbers)}
-        found = [renumber_cycle(cycle, number) for cycle in cycles]
+        found = [cycle.renumber(number) for cycle in cycles]
         return [cycle for cycle in found if cycle is not None]
 
     def whole(self, cycle: Cycle) -> Cycle:

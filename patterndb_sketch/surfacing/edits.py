@@ -6,7 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from patterndb_sketch.curvenetwork.drawing import Drawing
-from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle, InvalidNetworkError, Step
+from patterndb_sketch.curvenetwork.network import (
+    CurveNetwork,
+    Cycle,
+    InvalidNetworkError,
+    Step,
+    turn_walk,
+)
 from patterndb_sketch.surfacing.inking import InkedStroke, add_ink_curves
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 
@@ -125,13 +131,6 @@ def cut_cycle(network: CurveNetwork, cycle: Cycle, curves: Sequence[int]) -> lis
     return parts
 
 
-def renumber_cycle(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
-    """Renumber the curves of a cycle; None if one of them has no other number."""
-    if not all(curve in number for curve in cycle.curves):
-        return None
-    return Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
-
-
 def _carried(
     network: CurveNetwork, cycles: Sequence[Cycle], walks: Sequence[tuple[Step, ...]]
 ) -> tuple[Cycle, ...]:
@@ -140,8 +139,7 @@ def _carried(
     for cycle in cycles:
         steps: list[Step] = []
         for curve, backward in cycle.steps:
-            walk = walks[curve]
-            steps += [(c, not b) for c, b in reversed(walk)] if backward else list(walk)
+            steps += turn_walk(walks[curve]) if backward else walks[curve]
         again = Cycle(tuple(steps))
         try:
             network.walk(again)

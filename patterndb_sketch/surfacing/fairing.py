@@ -23,11 +23,9 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.curvenetwork.normals import sample_normals
 from patterndb_sketch.curvenetwork.polylines import CORNER_ANGLE, measure_angles
+from patterndb_sketch.surfacing.cycles.found import list_users
 from patterndb_sketch.surfacing.parallelograms import SectorGrid, lay_grid, measure_borders
-from patterndb_sketch.surfacing.sampling import (
-    Loop,
-    Sampling,
-)
+from patterndb_sketch.surfacing.sampling import Loop, Sampling
 
 #: A crossing curve that leaves a curve at an angle with a lesser sine tells no plane.
 LEAST_SINE = 0.5
@@ -157,17 +155,13 @@ def find_guided_curves(
     network: CurveNetwork, sampling: Sampling, cycles: Sequence[Cycle]
 ) -> list[GuidedCurve]:
     """Find the curves of some cycles whose normals are known, at their samples."""
-    users: dict[int, list[int]] = {}
-    for number, cycle in enumerate(cycles):
-        for curve in cycle.curves:
-            users.setdefault(curve, []).append(number)
     found: list[GuidedCurve] = []
-    for number, patches in sorted(users.items()):
+    for number, users in sorted(list_users(cycles).items()):
         curve = network.curves[number]
         if curve.normals is not None:
             at = sampling.points[sampling.along[number]]
             normals = sample_normals(curve.points, curve.normals, at)
-            found.append(GuidedCurve(number, tuple(patches), normals))
+            found.append(GuidedCurve(number, tuple(patch for patch, _ in users), normals))
     return found
 
 

@@ -16,7 +16,6 @@ from patterndb_sketch.curvenetwork.network import (
     Curve,
     CurveId,
     CurveNetwork,
-    Cycle,
     InvalidNetworkError,
     list_steps_at_nodes,
 )
@@ -187,9 +186,9 @@ def mirror_drawing(drawing: Drawing, plane: Plane) -> Drawing:
         )
     cycles = list(network.cycles)
     for cycle in network.cycles:
-        other = Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps)).turned
-        if other.key != cycle.key:
-            cycles.append(other)
+        other = cycle.renumber(number)
+        if other is not None and other.key != cycle.key:
+            cycles.append(other.turned)
     stages = tuple(
         tuple(dict.fromkeys([*stage, *(number[curve] for curve in stage)]))
         for stage in drawing.stages

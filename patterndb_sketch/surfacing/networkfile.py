@@ -84,22 +84,6 @@ def parse_drawing(data: bytes, tolerance: float | None = None) -> Drawing:
     return Drawing(loop_network(words))
 
 
-def gives_cycles(path: Path | str) -> bool:
-    """Does a file give the cycles of its network? If not, they must be found.
-
-    Raises InvalidNetworkError for a file that should be JSON and is not; OSError as reading
-    does.
-    """
-    data = _content(Path(path))
-    if _is_text_of_numbers(data):
-        return not data.lstrip().startswith(b"v")
-    document = parse_json(data, InvalidNetworkError, "a network")
-    if not document.is_object or is_stroke_graph(document):
-        return False
-    cycles = document.entries().get("cycles")
-    return cycles is not None and bool(cycles.value)
-
-
 def read_recorded_patches(path: Path | str) -> tuple[RecordedPatch, ...]:
     """The patches that were made while a CASSIE sketch was drawn, in their order.
 

@@ -9,7 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from patterndb_sketch.curvenetwork.network import CurveId, CurveNetwork, Cycle, Step, total_length
+from patterndb_sketch.curvenetwork.network import (
+    CurveId,
+    CurveNetwork,
+    Cycle,
+    Step,
+    total_length,
+    turn_walk,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +82,7 @@ def find_openings(network: CurveNetwork, cycles: Sequence[Cycle]) -> Openings:
         if not closed:
             # It was begun in its middle.
             back, _ = _follow(network, users, beside, (first, True))
-            walk = [(curve, not backward) for curve, backward in reversed(back[1:])] + walk
+            walk = [*turn_walk(back[1:]), *walk]
         curves = [curve for curve, _ in walk]
         seen.update(curves)
         rims.append(OpenRim(tuple(walk), closed, total_length(network, curves)))

@@ -111,7 +111,7 @@ def count_coarse_edges(
     coarse: for every cycle, whether its patch needs no vertices within straight stretches where it
     is flat. All others, and curves of no cycle, have the edges that :func:`edges_at` gives them.
     """
-    _check_spacing(spacing)
+    check_spacing(spacing)
     bare = [False] * len(network.curves)
     needed = set[int]()
     for cycle, may in zip(cycles, coarse, strict=True):
@@ -132,7 +132,8 @@ def count_coarse_edges(
     return counts
 
 
-def _check_spacing(spacing: float) -> None:
+def check_spacing(spacing: float) -> None:
+    """Raise InvalidNetworkError for a spacing that is not above 0."""
     if not (math.isfinite(spacing) and spacing > 0):
         raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
 
@@ -159,7 +160,7 @@ def sample(
     MAX_SAMPLES vertices, and for edges that do not go with the stretches.
     """
     spacing = default_spacing(network) if spacing is None else spacing
-    _check_spacing(spacing)
+    check_spacing(spacing)
     wanted = sum(curve.length for curve in network.curves) / spacing
     if wanted > MAX_SAMPLES:
         raise InvalidNetworkError(

@@ -1,10 +1,17 @@
 """Fishbones: ribs across a curve, what pulls the curve along them, and the cut through them.
 
 Read fishbone (the ribs as arrays), terms (what pulls), pins (which crease is meant), cut (the
-cheapest way across, also of a closed curve), tracking (the cheapest that keeps to one crease).
+cheapest way across, also of a closed curve, and the cheapest that keeps to one crease).
 """
 
-from patterndb_sketch.features.fishbone.cut import RibCut, cut, find_held_rows, find_moves
+from patterndb_sketch.features.fishbone.cut import (
+    RibCut,
+    cut,
+    find_held_rows,
+    find_moves,
+    find_reach,
+    track_crease,
+)
 from patterndb_sketch.features.fishbone.fishbone import Fishbone, RibLike, synchronise
 from patterndb_sketch.features.fishbone.pins import (
     compare_with_pins,
@@ -19,7 +26,6 @@ from patterndb_sketch.features.fishbone.terms import (
     tau,
     weigh_creases,
 )
-from patterndb_sketch.features.fishbone.tracking import find_reach, track_crease
 
 __all__ = [
     "Fishbone",

@@ -20,8 +20,11 @@ from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.ribs.raster import MARGIN
 from patterndb_sketch.features.ribs.slicing import STITCH, find_plane
+
+#: Pixels left free at every side of a picture, so that dilation never meets the border. MARGIN of
+#: rust/features/src/ribs/walking.rs is the same.
+MARGIN = 12
 
 #: How a walk along an outline ends at the circle: ``Ended`` in rust/features/src/ribs/walking.rs.
 RIM_MET = 1
@@ -128,10 +131,10 @@ def build_ribs(
         raise InvalidFeatureError(f"a rib has at least 2 samples, not {samples}")
     if rounds is not None and not 1 <= rounds < MARGIN:
         raise InvalidFeatureError(f"rounds are 1 to {MARGIN - 1}, not {rounds}")
-    tolerance = STITCH * model.diagonal
+    sizes = _Sizes(reach, samples, rounds or 0, STITCH * model.diagonal)
     parts = (model.corners, model.triangles, model.components, *model.boxes)
     frames = list(starmap(find_plane, zip(begin, along, strict=True)))
-    slices = [slice_segments(*parts, place, axes, reach, tolerance) for place, axes in frames]
+    slices = [slice_segments(*parts, place, axes, reach, sizes.tolerance) for place, axes in frames]
     met = np.flatnonzero([len(one[0]) > 0 for one in slices])
     sides = np.ones(len(begin))
     if len(met):
@@ -140,7 +143,7 @@ def build_ribs(
         feet = begin[met] + np.einsum("mk,mkc->mc", about[:, 0], flat)
         sides[met] = find_signs(model, feet, np.einsum("mk,mkc->mc", about[:, 1], flat), reach)
     return tuple(
-        _build_rib(place, axes, cut, side, reach, samples, rounds or 0, tolerance)
+        _build_rib(place, axes, cut, side, sizes)
         for (place, axes), cut, side in zip(frames, slices, sides, strict=True)
     )
 
@@ -159,16 +162,22 @@ def build_rib(
     return build_ribs(model, one, along, radius, samples, rounds)[0]
 
 
-def _build_rib(
-    origin: Points,
-    axes: Points,
-    cut: tuple,
-    side: float,
-    radius: float,
-    samples: int,
-    rounds: int,
-    tolerance: float,
-) -> Rib:
+@dataclass(frozen=True, slots=True)
+class _Sizes:
+    """The sizes that all ribs have.
+
+    radius: how far they reach. samples: of each. rounds: of dilation, 0 for as many as gaps need.
+    tolerance: points that are nearer to each other are one.
+    """
+
+    radius: float
+    samples: int
+    rounds: int
+    tolerance: float
+
+
+def _build_rib(origin: Points, axes: Points, cut: tuple, side: float, sizes: _Sizes) -> Rib:
+    radius = sizes.radius
     points, offsets, closed, rims, gap, about, nearest, mended = cut
     if not len(points):
         none = np.empty((0, 3))
@@ -182,7 +191,7 @@ def _build_rib(
     reaches = False, False
     if gap >= 0.0:
         polygon, around, taken, ends = trace_outline(
-            points, offsets, closed, rims, about, side, radius, rounds, gap, tolerance
+            points, offsets, closed, rims, about, side, radius, sizes.rounds, gap, sizes.tolerance
         )
         reaches = ends[0] == RIM_MET, ends[1] == RIM_MET
         if len(polygon) < 2:
@@ -193,7 +202,7 @@ def _build_rib(
         reaches = bool(rims[nearest, 0]), bool(rims[nearest, 1])
         if side < 0.0:
             polygon, reaches = polygon[::-1].copy(), (reaches[1], reaches[0])
-    flat, directions, backbone = sample_polygon(polygon, around, samples)
+    flat, directions, backbone = sample_polygon(polygon, around, sizes.samples)
     return Rib(
         origin,
         axes,

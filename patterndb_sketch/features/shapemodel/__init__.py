@@ -6,15 +6,11 @@ Read model, then edit, and shaping (a shape while it is made: pulls, what is hel
 from patterndb_sketch.features.shapemodel.edit import ShapeEdit, edit, pull_feature
 from patterndb_sketch.features.shapemodel.model import ErrorTable, ShapeModel, measure_errors
 
-#: The name that the guide showed.
-moved = pull_feature
-
 __all__ = [
     "ErrorTable",
     "ShapeEdit",
     "ShapeModel",
     "edit",
     "measure_errors",
-    "moved",
     "pull_feature",
 ]

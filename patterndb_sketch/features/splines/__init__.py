@@ -1,6 +1,6 @@
 """B-spline curves: evaluation, arc length, and least squares through given points.
 
-Read spline (the curve), knots (parameters and knots), fit, closed (the same for closed curves).
+Read spline (the curve), knots (parameters and knots), fit; each is for closed curves, too.
 """
 
 from patterndb_sketch.features.splines.fit import Constraint, SplineFit, fit_spline

@@ -1,14 +1,13 @@
 """Least squares splines through samples, some of which are met exactly.
 
-That is min |N C - A|^2 subject to M C = B, N and M being rows of a B-spline basis. The rows have
-degree + 1 entries next to each other, so the normal matrix is banded: no product of full matrices,
-which would also wake up the threads of a numerical library for nothing. Parameters are then
+That is min |N C - A|^2 subject to M C = B, N and M being rows of a B-spline basis: those of a curve
+with ends (:class:`OpenRows`) or of a closed one (:class:`PeriodRows`). Parameters are then
 corrected: samples slide along the curve to where it is nearest to them.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,27 +15,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BSpline
 from scipy.linalg import lapack, pinvh
+from scipy.sparse import csr_array
 
 from patterndb._native.features.splines.fit import normal_bands, times, transposed
 from patterndb._native.features.splines.knots import count_determined
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.splines.closed import (
-    average_period,
-    chordal_period,
-    count_interpolated,
-    evaluate_period,
-    least_control,
-    solve_period,
-)
 from patterndb_sketch.features.splines.knots import (
     SAME,
     as_parameters,
-    as_period,
     average_knots,
+    average_period,
     chordal_parameters,
+    chordal_period,
+    count_interpolated,
+    evaluate_period,
     find_distinct,
+    least_control,
 )
 from patterndb_sketch.features.splines.spline import LEAST_CLOSED, MAX_DEGREE, Spline
 
@@ -127,7 +123,7 @@ def fit_spline(
     if parameters is None:
         chosen = chordal_period(given) if closed else chordal_parameters(given)
     else:
-        chosen = (as_period if closed else as_parameters)(parameters, len(given))
+        chosen = as_parameters(parameters, len(given), closed=closed)
     numbers, targets = _constraints(constraints, given, chosen)
     notes: list[str] = []
     places = find_distinct(chosen)
@@ -155,8 +151,8 @@ def fit_spline(
     scale = scale if scale > 0.0 else 1.0
     wanted = (given - centre) / scale
     wanted[numbers] = (targets - centre) / scale
-    solve = _solve_closed if closed else _solve
-    control, error, residual = solve(wanted, chosen, numbers, knots, degree)
+    rows_of = PeriodRows.of if closed else OpenRows.of
+    control, error, residual = _solve(rows_of(chosen, knots, degree), wanted, numbers)
     if residual > EXACT:
         raise InvalidFeatureError(
             f"{len(numbers)} constraints cannot all be met by {n} control points: one is missed "
@@ -167,7 +163,8 @@ def fit_spline(
         moved = correct_parameters(Spline(degree, knots, control, closed), wanted, chosen)
         if not closed and count_determined(moved, knots, degree) < n:
             break
-        trial, trial_error, trial_residual = solve(wanted, moved, numbers, knots, degree)
+        rows = rows_of(moved, knots, degree)
+        trial, trial_error, trial_residual = _solve(rows, wanted, numbers)
         if not (trial_error < error and trial_residual <= EXACT):
             break
         control, chosen, error, residual = trial, moved, trial_error, trial_residual
@@ -262,24 +259,12 @@ def _find_period(
     return knots
 
 
-def _solve_closed(
-    wanted: Points, parameters: Floats, numbers: NDArray[np.int64], knots: Floats, degree: int
-) -> tuple[Points, float, float]:
-    """As :func:`_solve`, for the knots of one period."""
-    rows = evaluate_period(parameters, knots, degree)
-    control = solve_period(rows, len(knots) - 1, wanted, numbers)
-    off = np.linalg.norm(rows @ control - wanted, axis=1)
-    return control, float(np.sqrt((off**2).mean())), float(off[numbers].max(initial=0.0))
-
-
 def _solve(
-    wanted: Points, parameters: Floats, numbers: NDArray[np.int64], knots: Floats, degree: int
+    rows: OpenRows | PeriodRows, wanted: Points, numbers: NDArray[np.int64]
 ) -> tuple[Points, float, float]:
     """(n, 3) control points, error and greatest residual of the constraints."""
-    values, first = evaluate_basis(parameters, knots, degree)
-    n = len(knots) - degree - 1
-    control = solve_constrained(values, first, n, wanted, numbers)
-    off = measure_distances(values, first, control, wanted)
+    control = solve_constrained(rows, wanted, numbers)
+    off = np.linalg.norm(rows.times(control) - wanted, axis=1)
     return control, float(np.sqrt((off**2).mean())), float(off[numbers].max(initial=0.0))
 
 
@@ -310,79 +295,155 @@ def correct_parameters(spline: Spline, samples: Points, parameters: Floats) -> F
     return parameters + step
 
 
-def evaluate_basis(parameters: Floats, knots: Floats, degree: int) -> tuple[Floats, Int32Array]:
-    """((m, degree + 1) basis functions not 0 at parameters (m,), (m,) the number of the first)."""
-    matrix = BSpline.design_matrix(parameters, knots, degree)
-    width = degree + 1
-    values = np.asarray(matrix.data, np.float64).reshape(-1, width)
-    return values, matrix.indices[::width].astype(np.int32)
+#: Solves a system for right sides (n, k).
+SystemSolver = Callable[[Floats], Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OpenRows:
+    """Rows N (m, n) of the basis of a curve with ends: degree + 1 entries next to each other.
+
+    So N'N is banded: no product of full matrices, which would also wake up the threads of a
+    numerical library for nothing.
+
+    values: (m, degree + 1), what is not 0. first: (m,) int32, the column of the first of these.
+    n: columns.
+    """
+
+    values: Floats
+    first: Int32Array
+    n: int
+
+    @classmethod
+    def of(cls, parameters: Floats, knots: Floats, degree: int) -> OpenRows:
+        """Evaluate the basis at parameters (m,)."""
+        matrix = BSpline.design_matrix(parameters, knots, degree)
+        width = degree + 1
+        values = np.asarray(matrix.data, np.float64).reshape(-1, width)
+        return cls(values, matrix.indices[::width].astype(np.int32), len(knots) - width)
+
+    def times(self, control: Points) -> Points:
+        """(m, 3) N C."""
+        return times(self.values, self.first, control)
+
+    def transposed_times(self, points: Points) -> Points:
+        """(n, 3) N'A."""
+        return transposed(self.values, self.first, self.n, points)
+
+    def select(self, held: NDArray[np.int64]) -> Floats:
+        """(q, n) some of the rows, in full."""
+        result = np.zeros((len(held), self.n))
+        for k in range(self.values.shape[1]):
+            result[np.arange(len(held)), self.first[held] + k] = self.values[held, k]
+        return result
+
+    def make_normal_matrix(self) -> Floats:
+        """(n, n) N'N in full."""
+        bands = normal_bands(self.values, self.first, self.n)
+        result = np.zeros((self.n, self.n))
+        for k in range(len(bands)):
+            at = np.arange(self.n - k)
+            result[at + k, at] = result[at, at + k] = bands[k, : self.n - k]
+        return result
+
+    def factor(self) -> SystemSolver | None:
+        """Factor N'N; None where it is rank-deficient."""
+        bands = normal_bands(self.values, self.first, self.n)
+        factor, failed = _lapack.dpbtrf(bands, lower=1)
+        if failed or _is_singular(factor[0]):
+            return None
+        return lambda right: _lapack.dpbtrs(factor, right, lower=1)[0]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PeriodRows:
+    """Rows N (m, n) of the basis of a closed curve: they go round, so that N'N is no band."""
+
+    matrix: csr_array
+
+    @classmethod
+    def of(cls, parameters: Floats, knots: Floats, degree: int) -> PeriodRows:
+        """Evaluate the basis at parameters (m,)."""
+        return cls(evaluate_period(parameters, knots, degree))
+
+    def times(self, control: Points) -> Points:
+        """(m, 3) N C."""
+        return self.matrix @ control
+
+    def transposed_times(self, points: Points) -> Points:
+        """(n, 3) N'A."""
+        return self.matrix.T @ points
+
+    def select(self, held: NDArray[np.int64]) -> Floats:
+        """(q, n) some of the rows, in full."""
+        if not len(held):
+            return np.zeros((0, self.matrix.shape[1]))
+        return np.asarray(self.matrix[held].todense())
+
+    def make_normal_matrix(self) -> Floats:
+        """(n, n) N'N in full."""
+        return np.asarray((self.matrix.T @ self.matrix).todense())
+
+    def factor(self) -> SystemSolver | None:
+        """Factor N'N; None where it is rank-deficient."""
+        return _factor_full(self.make_normal_matrix())
 
 
 def solve_constrained(
-    values: Floats, first: Int32Array, n: int, wanted: Points, held: NDArray[np.int64]
+    rows: OpenRows | PeriodRows, wanted: Points, held: NDArray[np.int64]
 ) -> Points:
     """(n, 3) the control points C with the least |N C - A|^2 that meet the held rows exactly.
 
-    values, first: rows of N as of :func:`evaluate_basis`; wanted: (m, 3) A; held: (q,) the numbers
-    of the rows that are constraints: M and B are those rows of N and A.
+    rows: N. wanted: (m, 3) A. held: (q,) the numbers of the rows that are constraints: M and B are
+    those rows of N and A.
 
     With multipliers L: N'N C + M'L = N'A and M C = B. C is taken out of the second by the
     first. Refined once: the residual is taken from A, not from N'N, which has half the digits.
     Where a matrix is rank-deficient, least squares and the smallest solution of the whole.
     """
-    bands = normal_bands(values, first, n)
-    exact = np.zeros((len(held), n))
-    for k in range(values.shape[1]):
-        exact[np.arange(len(held)), first[held] + k] = values[held, k]
-    factor, failed = _lapack.dpbtrf(bands, lower=1)
-    pivots = factor[0]
-    if failed or pivots.min() ** 2 < SINGULAR * pivots.max() ** 2:
-        return _deficient(values, first, exact, bands, wanted, held)
-    lifted = _lapack.dpbtrs(factor, exact.T, lower=1)[0] if len(held) else exact.T
-    schur, failed = _lapack.dpotrf(exact @ lifted, lower=1) if len(held) else (None, 0)
-    if schur is not None:
-        pivots = np.diag(schur)
-        if failed or pivots.min() ** 2 < SINGULAR * pivots.max() ** 2:
-            return _deficient(values, first, exact, bands, wanted, held)
-    control = np.zeros((n, wanted.shape[1]))
+    exact = rows.select(held)
+    solve = rows.factor()
+    if solve is None:
+        return _solve_deficient(rows, exact, wanted, held)
+    lifted = solve(exact.T) if len(held) else exact.T
+    meet = _factor_full(exact @ lifted) if len(held) else None
+    if meet is None and len(held):
+        return _solve_deficient(rows, exact, wanted, held)
+    control = np.zeros((exact.shape[1], wanted.shape[1]))
     multipliers = np.zeros((len(held), wanted.shape[1]))
     for _ in range(2):
-        off = wanted - times(values, first, control)
-        right = transposed(values, first, n, off) - exact.T @ multipliers
-        free = _lapack.dpbtrs(factor, right, lower=1)[0]
-        if schur is not None:
-            more = _lapack.dpotrs(schur, exact @ free - off[held], lower=1)[0]
+        off = wanted - rows.times(control)
+        free = solve(rows.transposed_times(off) - exact.T @ multipliers)
+        if meet is not None:
+            more = meet(exact @ free - off[held])
             multipliers += more
             free -= lifted @ more
         control += free
     return control
 
 
-def measure_distances(values: Floats, first: Int32Array, control: Points, wanted: Points) -> Floats:
-    """(m,) of the points that the rows give from wanted (m, 3)."""
-    return np.linalg.norm(times(values, first, control) - wanted, axis=1)
+def _factor_full(matrix: Floats) -> SystemSolver | None:
+    """Factor a full positive definite matrix; None where it is rank-deficient."""
+    factor, failed = _lapack.dpotrf(matrix, lower=1)
+    if failed or _is_singular(np.diag(factor)):
+        return None
+    return lambda right: _lapack.dpotrs(factor, right, lower=1)[0]
 
 
-def _deficient(
-    values: Floats,
-    first: Int32Array,
-    exact: Floats,
-    bands: Floats,
-    wanted: Points,
-    held: NDArray[np.int64],
+def _is_singular(pivots: Floats) -> bool:
+    return bool(pivots.min() ** 2 < SINGULAR * pivots.max() ** 2)
+
+
+def _solve_deficient(
+    rows: OpenRows | PeriodRows, exact: Floats, wanted: Points, held: NDArray[np.int64]
 ) -> Points:
-    """The same by the full matrix of the system and its pseudo-inverse."""
+    """Solve the same by the full matrix of the system and its pseudo-inverse."""
     q, n = exact.shape
-    system = np.zeros((n + q, n + q))
-    for k in range(len(bands)):
-        at = np.arange(n - k)
-        system[at + k, at] = system[at, at + k] = bands[k, : n - k]
-    system[:n, n:] = exact.T
-    system[n:, :n] = exact
+    system = np.block([[rows.make_normal_matrix(), exact.T], [exact, np.zeros((q, q))]])
     inverse = pinvh(system, rtol=CUTOFF)
     result = np.zeros((n + q, wanted.shape[1]))
     for _ in range(2):
-        off = wanted - times(values, first, result[:n])
-        right = transposed(values, first, n, off) - exact.T @ result[n:]
+        off = wanted - rows.times(result[:n])
+        right = rows.transposed_times(off) - exact.T @ result[n:]
         result += inverse @ np.concatenate([right, off[held]])
     return result[:n]

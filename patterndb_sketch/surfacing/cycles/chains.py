@@ -19,6 +19,7 @@ from patterndb_sketch.curvenetwork.network import (
     Cycle,
     Step,
     list_steps_at_nodes,
+    turn_walk,
 )
 from patterndb_sketch.surfacing.cycles.closing import curve_ends
 
@@ -41,7 +42,7 @@ class ChainedNetwork:
         """Return a cycle of the chained network as one of the network it came from."""
         steps: list[Step] = []
         for chain, backward in cycle.steps:
-            steps += _turn_walk(self.chains[chain]) if backward else self.chains[chain]
+            steps += turn_walk(self.chains[chain]) if backward else self.chains[chain]
         return Cycle(tuple(steps))
 
     def here(self, cycle: Cycle) -> Cycle:
@@ -123,16 +124,11 @@ def order_chains(chained: ChainedNetwork) -> ChainedNetwork:
         nodes = (last, first) if turned else (first, last)
         key = (nodes, min(forth, back), number)
         curve = Curve(points, nodes, curve.id, curve.stroke)
-        made.append((key, curve, _turn_walk(walk) if turned else walk))
+        made.append((key, curve, turn_walk(walk) if turned else walk))
     made.sort(key=lambda one: one[0])  # type: ignore[arg-type, return-value]
     curves = tuple(curve for _, curve, _ in made)
     ordered = CurveNetwork(curves, network.nodes[order])
     return ChainedNetwork(ordered, tuple(walk for _, _, walk in made))
-
-
-def _turn_walk(walk: tuple[Step, ...]) -> tuple[Step, ...]:
-    """Return a walk the other way round."""
-    return tuple((curve, not backward) for curve, backward in reversed(walk))
 
 
 def _leave(curve: Curve, backward: bool) -> NDArray[np.float64]:

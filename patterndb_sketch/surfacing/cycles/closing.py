@@ -18,6 +18,7 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import units
 from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
+from patterndb_sketch.curvenetwork.polylines import Groups
 
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.
@@ -57,21 +58,14 @@ def find_dangling(network: CurveNetwork) -> NDArray[np.bool_]:
 
 def group_components(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
     """The curves (m,) bool that are alive, in groups that hang together by nodes."""
-    parent = np.arange(len(network.nodes))
-
-    def root(node: int) -> int:
-        while parent[node] != node:
-            parent[node] = parent[parent[node]]
-            node = int(parent[node])
-        return node
-
     ends = curve_ends(network)
+    nodes = Groups(len(network.nodes))
     for a, b in ends[alive].tolist():
-        parent[root(b)] = root(a)
-    groups: dict[int, list[int]] = {}
+        nodes.unite(a, b)
+    found: dict[int, list[int]] = {}
     for curve in np.flatnonzero(alive).tolist():
-        groups.setdefault(root(int(ends[curve, 0])), []).append(curve)
-    return [np.array(group, np.int64) for group in groups.values()]
+        found.setdefault(nodes.find(int(ends[curve, 0])), []).append(curve)
+    return [np.array(group, np.int64) for group in found.values()]
 
 
 #: A loop whose points lie this near to a line, as a share of its extent, encloses nothing.

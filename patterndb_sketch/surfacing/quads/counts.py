@@ -19,6 +19,7 @@ from patterndb_sketch.retopo.counts import FLOW_REGULARITY, CountsProblem, solve
 from patterndb_sketch.surfacing.quads.bridge import find_sides
 from patterndb_sketch.surfacing.sampling import (
     Sampling,
+    check_spacing,
     default_spacing,
     edges_at,
     loop_of,
@@ -72,8 +73,7 @@ def count_even_edges(
         :meth:`CurveNetwork.walk` refuses.
     """
     spacing = default_spacing(network) if spacing is None else spacing
-    if not (math.isfinite(spacing) and spacing > 0):
-        raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
+    check_spacing(spacing)
     for cycle in cycles:
         network.walk(cycle)
     fewest = [edges_at(curve, math.inf) for curve in network.curves]

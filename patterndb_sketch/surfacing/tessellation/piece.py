@@ -1,8 +1,12 @@
-"""One piece of a patch as a mesh: a closed polyline in space becomes a triangulated disk."""
+"""Patches as triangles: every piece, a closed polyline in space, becomes a triangulated disk.
+
+A whole patch is its boundary, its chords, and one disk for each piece between them.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -22,7 +26,9 @@ from patterndb._native.surfacing.tessellation.planar import (
 )
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points, as_points, tangents
+from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.curvenetwork.network import InvalidNetworkError
+from patterndb_sketch.surfacing.sampling import Loop, check_spacing
 
 #: How a piece was made: relaxed over a plane, or as the triangulation of least area.
 PieceMethod = Literal["laplacian", "area"]
@@ -184,12 +190,6 @@ def minimal_area(
     return triangles, area * size * size
 
 
-def check_spacing(spacing: float) -> None:
-    """Raises InvalidNetworkError for a spacing that is not above 0."""
-    if not (math.isfinite(spacing) and spacing > 0):
-        raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
-
-
 @dataclass(frozen=True, slots=True)
 class Projection:
     """A closed polyline in a plane, snapped to a grid, where it is a simple polygon.
@@ -303,3 +303,132 @@ def fill_polygon(
     assert joined == len(at), "a point within the polygon is in none of its triangles"
     smooth(at, len(grid), room[0], room[1])
     return at, room[0], room[1]
+
+
+@dataclass(frozen=True, slots=True)
+class PatchMesh:
+    """A loop of n vertices filled with triangles, piece by piece.
+
+    points:  (k, 3) float64, the vertices beyond the loop's: those along chords, then those
+             inside pieces.
+    faces:   for every piece its triangles (f, 3) int64: below n a position of the loop, n + i
+             point i. All turn as the loop does; pieces share the vertices along their chords.
+    methods: for every piece how it was made.
+    notes:   what was given up, naming the piece; empty if nothing was.
+    """
+
+    points: Points = field(repr=False)
+    faces: tuple[NDArray[np.int64], ...] = field(repr=False)
+    methods: tuple[PieceMethod, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def triangles(self) -> NDArray[np.int64]:
+        """(f, 3) the triangles of all pieces, in the pieces' order."""
+        return np.concatenate(self.faces)
+
+    def vertices(self, loop: Loop) -> Points:
+        """(n + k, 3) all vertices that the faces name; loop: the one it was made of."""
+        return np.concatenate([loop.points, self.points])
+
+
+def tessellate_patch(
+    loop: Loop, chords: Int64Array, pieces: Sequence[ArrayLike], spacing: float
+) -> PatchMesh:
+    """Fill a loop that chords cut into pieces; see :func:`tessellate` for one piece.
+
+    chords: (m, 2) int64 positions of the loop, no two chords alike and none between neighbours.
+    pieces: the positions around each piece, in the loop's sense: from one to the next lies an
+    edge of the loop or a chord. With no chords there is one piece, the whole loop. spacing:
+    about how far new vertices are apart, in the units of the points. Chords stay straight, in
+    edges of equal length, at least one; both pieces beside a chord have the same vertices
+    along it.
+
+    Raises InvalidNetworkError for pieces that do not fit: every edge of the loop must be in one
+    piece, every chord in two, once in each direction. And as :func:`tessellate` does.
+    """
+    check_spacing(spacing)
+    n = len(loop.points)
+    inside, along = _sampled_chords(loop, chords, spacing)
+    points = [np.empty((0, 3)), *inside]
+    outline = np.concatenate([loop.points, *points])
+    count = len(outline)
+    faces: list[NDArray[np.int64]] = []
+    methods: list[PieceMethod] = []
+    notes: list[str] = []
+    for number, (around, barred) in enumerate(_outlines(pieces, along, n)):
+        made = tessellate(outline[around], spacing, barred)
+        names = np.concatenate([around, count + np.arange(len(made.inner))])
+        faces.append(names[made.triangles])
+        methods.append(made.method)
+        if made.note:
+            notes.append(f"piece {number}: {made.note}")
+        points.append(made.inner)
+        count += len(made.inner)
+    return PatchMesh(np.concatenate(points), tuple(faces), tuple(methods), tuple(notes))
+
+
+def patch_of_least_area(loop: Loop) -> PatchMesh:
+    """Fill a loop with its triangulation of least area, in one piece without new vertices.
+
+    Raises InvalidNetworkError as :func:`minimal_area` does.
+    """
+    return PatchMesh(np.empty((0, 3)), (minimal_area(loop.points)[0],), ("area",))
+
+
+def _sampled_chords(
+    loop: Loop, chords: NDArray[np.int64], spacing: float
+) -> tuple[list[Points], dict[tuple[int, int], list[int]]]:
+    """The points within every chord, and per direction of a chord the vertices along it, the
+    first included and the last not."""
+    inside: list[Points] = []
+    along: dict[tuple[int, int], list[int]] = {}
+    count = len(loop.points)
+    for a, b in chords.tolist():
+        ends = loop.points[[a, b]]
+        edges = max(1, round(float(np.linalg.norm(ends[1] - ends[0])) / spacing))
+        within = list(range(count, count + edges - 1))
+        inside.append(sample_polyline(ends, edges)[1:-1])
+        along[a, b] = [a, *within]
+        along[b, a] = [b, *reversed(within)]
+        count += len(within)
+    return inside, along
+
+
+def _outlines(
+    pieces: Sequence[ArrayLike], along: dict[tuple[int, int], list[int]], n: int
+) -> list[tuple[NDArray[np.int64], NDArray[np.bool_] | None]]:
+    """Around every piece the vertices (m,), those of chords included, and the pairs of them
+    (m, m) that lie on one chord; checks that pieces fit.
+
+    No triangle may join such a pair: the one on the chord's other side might join it too, and
+    four triangles would meet there.
+    """
+    free = set(along) | {(i, (i + 1) % n) for i in range(n)}
+    outlines: list[tuple[NDArray[np.int64], NDArray[np.bool_] | None]] = []
+    for number, piece in enumerate(pieces):
+        around = np.asarray(piece, np.int64).tolist()
+        vertices: list[int] = []
+        straight: list[tuple[int, int]] = []
+        for a, b in zip(around, around[1:] + around[:1], strict=True):
+            if (a, b) not in free:
+                raise InvalidNetworkError(
+                    f"piece {number} goes from position {a} to {b}, where there is neither an "
+                    "edge of the loop nor a chord, or another piece goes too; list the "
+                    "positions of pieces in the loop's sense"
+                )
+            free.remove((a, b))
+            part = along.get((a, b), [a])
+            if len(part) > 1:
+                straight.append((len(vertices), len(part)))
+            vertices += part
+        barred = np.zeros((len(vertices),) * 2, np.bool_) if straight else None
+        for first, edges in straight:
+            on_chord = (first + np.arange(edges + 1)) % len(vertices)
+            if barred is not None:
+                barred[np.ix_(on_chord, on_chord)] = True
+        outlines.append((np.array(vertices), barred))
+    if free:
+        a, b = min(free)
+        raise InvalidNetworkError(f"no piece goes from position {a} to {b}; a piece is missing")
+    return outlines

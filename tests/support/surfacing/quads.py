@@ -28,7 +28,8 @@ def loops(network: CurveNetwork, spacing: float) -> tuple[Sampling, list[Loop]]:
 def filled(db: Database, loop: Loop, smooth: bool, spacing: float) -> tuple[Int64Array, QuadPatch]:
     """The triangles of a loop's patch, of least area or smooth, and the quads on them."""
     if smooth:
-        patch = tessellate_patch(loop, [], [range(len(loop.points))], spacing)
+        none = np.zeros((0, 2), np.int64)
+        patch = tessellate_patch(loop, none, [range(len(loop.points))], spacing)
         triangles = np.concatenate(patch.faces)
         points = np.concatenate([loop.points, patch.points])
     else:

@@ -1,7 +1,13 @@
 # Bound by rust/python/src/features.rs.
+import numpy as np
+from numpy.typing import NDArray
+
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.ribs.raster import Picture
+
+#: (rows, columns) uint64, a number to every cell of 8 x 8 pixels: bit 8 y + x of it is the pixel at
+#: x, y in the cell.
+Picture = NDArray[np.uint64]
 
 def read_ring(picture: Picture, x: Index, y: Index) -> int:
     """The eight neighbours as bits, counter-clockwise from the right (y up)."""

@@ -15,7 +15,7 @@ from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import cut, track_crease
-from patterndb_sketch.features.fishbone.tracking import LEAP
+from patterndb_sketch.features.fishbone.cut import LEAP
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
 

@@ -14,8 +14,8 @@ from patterndb_sketch.features.splines import Spline, fit_spline
 from patterndb_sketch.features.splines.fit import (
     EXACT,
     ROUNDS,
+    OpenRows,
     correct_parameters,
-    evaluate_basis,
     solve_constrained,
 )
 from patterndb_sketch.features.splines.knots import average_knots
@@ -115,14 +115,13 @@ class TestConstrainedLeastSquares:
         t = np.r_[0.0, np.sort(rng.uniform(size=m - 2)), 1.0]
         n = data.draw(st.integers(4, 2 * m))
         knots = average_knots(np.linspace(0.0, 1.0, n), 3, n)
-        values, first = evaluate_basis(t, knots, 3)
         rows = BSpline.design_matrix(t, knots, 3).toarray()
         held = rng.choice(m, rng.integers(0, 4), replace=False)
         held = np.sort(np.r_[held, held[:1]])
         target = rng.normal(size=(n, 3))
         wanted = rng.normal(size=(m, 3))
         wanted[held] = rows[held] @ target  # so that the constraints agree
-        found = solve_constrained(values, first, n, wanted, held)
+        found = solve_constrained(OpenRows.of(t, knots, 3), wanted, held)
         # By the null space of the constraints, densely.
         exact = rows[held]
         start = np.linalg.pinv(exact, rcond=1e-10) @ wanted[held]
