@@ -86,7 +86,7 @@ def test_a_terminal_has_a_line_of_progress(tmp_path: Path) -> None:
 class TestReadersThatLeave:
     @pytest.mark.parametrize("json", [(), ("--json",)])
     def test_of_stdout(self, learned: Path, json: tuple[str, ...]) -> None:
-        asked = ("query", "--sides=30,30,30,30,30", "--limit=200", "--db", learned, *json)
+        asked = ("query", "--sides=16,16,16,16,16", "--limit=60", "--db", learned, *json)
         with subprocess.Popen(
             [*PROGRAM, *map(str, asked)], stdout=subprocess.PIPE, stderr=subprocess.PIPE
         ) as process:

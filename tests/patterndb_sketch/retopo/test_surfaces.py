@@ -147,10 +147,7 @@ def test_scripts_name_surfaces_relatively(path: Path) -> None:
     "name",
     [
         *("bean", "frame"),
-        *(
-            f"{path.stem}.draft"
-            for path in list_shared(SURFACES, "spot.obj", "hand_closed.obj", "penguin.obj")
-        ),
+        *(f"{path.stem}.draft" for path in list_shared(SURFACES, "spot.obj")),
     ],
 )
 def test_drafts_are_closed_meshes_near_the_surface(name: str) -> None:
@@ -162,12 +159,9 @@ def test_drafts_are_closed_meshes_near_the_surface(name: str) -> None:
     assert max(made.to_surface, made.from_surface) < 0.02
 
 
-@pytest.mark.parametrize(
-    ("name", "handles"),
-    [("frame", 2), *((path.stem, 12) for path in list_shared(SURFACES, "boot.obj"))],
-)
-def test_all_tunnels_are_in_the_network_and_in_the_quads(name: str, handles: int) -> None:
-    surface, found = played(name)
+def test_all_tunnels_are_in_the_network_and_in_the_quads() -> None:
+    surface, found = played("frame")
+    handles = 2
     network = found.network
     check_network(network)
     assert count_handles(surface) == handles
