@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface, SurfacePoints
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network import (
@@ -150,8 +151,7 @@ def _make_node(
     onto: LocalMap,
 ) -> int:
     if corner.boundary is not None:
-        end = edges[corner.boundary].end(network, corner.place)
-        return end.node if isinstance(end, AtNode) else builder.cut_chain(end.chain, end.place)
+        return edges[corner.boundary].make_node(builder, network, corner.place)
     points, normals = lift_to_surface(onto, corner.point[None])
     return builder.add_node(points[0], normals[0])
 
@@ -218,6 +218,34 @@ class SurfaceBoundary:
                 if abs(local - edge) < AT_NODE:
                     return AtNode(node)
         return AtChain(chain.id, local)
+
+    def make_node(self, builder: NetworkBuilder, network: Network, place: float) -> int:
+        """The node at a place of the boundary; the chain there is cut unless it has one."""
+        end = self.end(network, place)
+        return end.node if isinstance(end, AtNode) else builder.cut_chain(end.chain, end.place)
+
+    @property
+    def corners(self) -> NDArray[np.intp]:
+        """(c,) the numbers of the vertices that are nodes."""
+        return np.flatnonzero(self.corner)
+
+    @property
+    def lengths(self) -> NDArray[np.float64]:
+        """(n + 1,) of a closed one: arc length at every vertex, and all around."""
+        return arc_length(np.concatenate([self.points, self.points[:1]]))
+
+    def fractions(self, start: int, *, backwards: bool) -> NDArray[np.float64]:
+        """(n,) of every vertex of a closed one the part of the way round to it from ``start``."""
+        lengths = self.lengths
+        way = (lengths[:-1] - lengths[start]) / lengths[-1]
+        return (-way if backwards else way) % 1.0
+
+    def place(self, start: int, fraction: float, *, backwards: bool) -> float:
+        """The place on a closed one this part of the way round from a vertex on."""
+        lengths = self.lengths
+        n, whole = len(self.points), lengths[-1]
+        length = lengths[start] + (-fraction if backwards else fraction) * whole
+        return float(np.interp(length % whole, lengths, np.arange(n + 1.0)))
 
     def nodes_within(self, network: Network, start: float, end: float) -> list[HalfChain]:
         """The half-chains that leave nodes strictly between two places."""

@@ -7,14 +7,11 @@ belong to which of the other, shortest paths join these, and caps are the patche
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Number, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
@@ -83,7 +80,7 @@ def join_loops(
         ring for ring, _ in (one, other) if _is_cap_wanted(builder.before, surface, ring, caps)
     ]
     nodes = [
-        [_make_node(builder, network, ring, pair[k]) for pair in pairs]
+        [ring.make_node(builder, network, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
     ]
     if any(len(set(found)) < len(found) for found in nodes):
@@ -109,7 +106,7 @@ def join_loops(
 
 def _find_ends(
     network: Network, stroke: SurfaceCurve, snap: float
-) -> tuple[tuple[Ring, int], tuple[Ring, int]]:
+) -> tuple[tuple[SurfaceBoundary, int], tuple[SurfaceBoundary, int]]:
     """The rings that the stroke joins, with the vertices it snaps to."""
     if stroke.closed:
         raise RefusedError("this stroke is closed; draw one from loop to loop")
@@ -121,14 +118,19 @@ def _find_ends(
         _snap_to_ring(found, line[end], up[end], line[end + step] - line[end], snap, name)
         for end, step, name in ((0, ahead, "start"), (-1, -ahead, "end"))
     )
-    if one[0] is other[0] or set(one[0].edge.halves) == set(other[0].edge.halves):
+    if one[0] is other[0] or set(one[0].halves) == set(other[0].halves):
         raise RefusedError("the stroke begins and ends at one loop; draw it to another")
     return one, other
 
 
 def _snap_to_ring(
-    found: list[Ring], point: Points, normal: Points, direction: Points, snap: float, name: str
-) -> tuple[Ring, int]:
+    found: list[SurfaceBoundary],
+    point: Points,
+    normal: Points,
+    direction: Points,
+    snap: float,
+    name: str,
+) -> tuple[SurfaceBoundary, int]:
     at = find_ring(found, point, normal, direction, snap)
     if at is None:
         raise RefusedError(
@@ -136,11 +138,6 @@ def _snap_to_ring(
             "with corners it must begin and end at one of them"
         )
     return at
-
-
-def _make_node(builder: NetworkBuilder, network: Network, ring: Ring, place: float) -> int:
-    end = ring.edge.end(network, place)
-    return end.node if isinstance(end, AtNode) else builder.cut_chain(end.chain, end.place)
 
 
 def _join(
@@ -170,7 +167,7 @@ def _join(
 
 
 def _pair_places(
-    first: tuple[Ring, int], second: tuple[Ring, int], division: int
+    first: tuple[SurfaceBoundary, int], second: tuple[SurfaceBoundary, int], division: int
 ) -> list[tuple[float, float]]:
     """Places on two rings that belong together, beginning with the vertices given.
 
@@ -210,9 +207,9 @@ def _pair_places(
     ]
 
 
-def _walk_corners(ring: Ring, start: int, *, backwards: bool) -> list[int]:
+def _walk_corners(ring: SurfaceBoundary, start: int, *, backwards: bool) -> list[int]:
     """The nodes of a ring as they are met from one of them on."""
-    n = len(ring.edge.points)
+    n = len(ring.points)
     way = (start - ring.corners) % n if backwards else (ring.corners - start) % n
     return [int(ring.corners[k]) for k in np.argsort(way)]
 
@@ -221,7 +218,7 @@ Caps = Literal["auto", "always", "never"]
 CAPS = get_args(Caps)
 
 
-def _is_cap_wanted(network: Network, surface: Surface, ring: Ring, caps: Caps) -> bool:
+def _is_cap_wanted(network: Network, surface: Surface, ring: SurfaceBoundary, caps: Caps) -> bool:
     """Is there to be a patch on the other side of a ring?
 
     Never where that side has a patch, a mark or other curves; else always, or, by itself, where
@@ -230,7 +227,7 @@ def _is_cap_wanted(network: Network, surface: Surface, ring: Ring, caps: Caps) -
     """
     if caps == "never":
         return False
-    beyond = tuple(half ^ 1 for half in reversed(ring.edge.halves))
+    beyond = tuple(half ^ 1 for half in reversed(ring.halves))
     if any(half in network.patch_of() or network.mark(half) for half in beyond):
         return False
     loop, _ = walk_face(network.nodes, network.chains, beyond[0])
@@ -252,40 +249,12 @@ def _flag_beyond(builder: NetworkBuilder, node: int, join: HalfChain) -> HalfCha
     return after
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ring:
-    """A closed loop of half-chains without a patch on its left.
-
-    edge:    its half-chains, vertices and where its nodes are.
-    lengths: (n + 1,) float64 arc length at every vertex, and all around.
-    """
-
-    edge: SurfaceBoundary
-    lengths: NDArray[np.float64]
-
-    @property
-    def corners(self) -> NDArray[np.intp]:
-        """(c,) the numbers of the vertices that are nodes."""
-        return np.flatnonzero(self.edge.corner)
-
-    def fractions(self, start: int, *, backwards: bool) -> NDArray[np.float64]:
-        """(n,) of every vertex the part of the way round to it from ``start`` on."""
-        whole = self.lengths[-1]
-        way = (self.lengths[:-1] - self.lengths[start]) / whole
-        return (-way if backwards else way) % 1.0
-
-    def place(self, start: int, fraction: float, *, backwards: bool) -> float:
-        """The place, in vertices, this part of the way round from a vertex on."""
-        n, whole = len(self.edge.points), self.lengths[-1]
-        length = self.lengths[start] + (-fraction if backwards else fraction) * whole
-        return float(np.interp(length % whole, self.lengths, np.arange(n + 1.0)))
-
-
-def find_rings(network: Network) -> list[Ring]:
-    """All rings of a network, those of lower half-chains first."""
+def find_rings(network: Network) -> list[SurfaceBoundary]:
+    """All closed loops of half-chains without a patch on their left, those of lower half-chains
+    first."""
     taken = network.patch_of()
     done: set[HalfChain] = set()
-    found: list[Ring] = []
+    found: list[SurfaceBoundary] = []
     for chain in sorted(network.chains):
         for half in (2 * chain, 2 * chain + 1):
             if half in done or half in taken:
@@ -296,15 +265,13 @@ def find_rings(network: Network) -> list[Ring]:
                 continue
             if any(network.mark(one) for one in loop):
                 continue
-            edge = join_half_chains(network, list(loop), closed=True)
-            around = np.concatenate([edge.points, edge.points[:1]])
-            found.append(Ring(edge, arc_length(around)))
+            found.append(join_half_chains(network, list(loop), closed=True))
     return found
 
 
 def find_ring(
-    found: list[Ring], point: Points, normal: Points, direction: Points, snap: float
-) -> tuple[Ring, int] | None:
+    found: list[SurfaceBoundary], point: Points, normal: Points, direction: Points, snap: float
+) -> tuple[SurfaceBoundary, int] | None:
     """The ring nearest to an end of a stroke, and the vertex it snaps to, or None.
 
     point, normal: (3,) of the end; direction: (3,) into the stroke. The stroke must lie on the
@@ -312,13 +279,13 @@ def find_ring(
     """
     best, at = snap, None
     for ring in found:
-        points = ring.edge.points
+        points = ring.points
         along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
-        inward = np.einsum("nc,nc->n", np.cross(along, direction), ring.edge.normals)
+        inward = np.einsum("nc,nc->n", np.cross(along, direction), ring.normals)
         away = np.linalg.norm(points - point, axis=1)
-        away[(inward <= 0.0) | (ring.edge.normals @ normal <= 0.0)] = np.inf
-        if ring.edge.corner.any():
-            away[~ring.edge.corner] = np.inf
+        away[(inward <= 0.0) | (ring.normals @ normal <= 0.0)] = np.inf
+        if ring.corner.any():
+            away[~ring.corner] = np.inf
         k = int(np.argmin(away))
         if away[k] < best or (at is None and away[k] <= best):
             best, at = float(away[k]), (ring, k)
