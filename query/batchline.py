@@ -5,18 +5,22 @@
     {"sides": [[[0, 0], [4, 0]], [[4, 0], [4, 3]], [[4, 3], [0, 0]]], "lengths": [4, 3, 5]}
 
 The first two count edges: a stroke is two edges, each [side, edge], and loops a number. The third
-has points: it is what a boundary file holds (:mod:`query.boundaryfile`), on one line.
+has points: it is what a boundary file holds (:mod:`query.boundaryfile`), on one line. An object may
+have options of :class:`query.request.FillRequest`, too: {"sides": [3, 5, 4, 6], "max_quads": 40}.
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 from typing import Any, cast
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
 from patterndb.system.documents import JsonValue, parse_json
+from patterndb.system.requests import list_options
 from query.boundary import Boundary, CornerKind
 from query.boundaryfile import read_document
+from query.request import FillRequest
 from query.stroke import Stroke
 
 #: How a corner may be written.
@@ -26,6 +30,9 @@ CORNER_KINDS: dict[str, CornerKind] = {
     "r": "reflex",
     "reflex": "reflex",
 }
+
+#: Options that a question may have: not strokes, which have a form of their own, nor threads.
+OPTIONS = tuple(name for name in list_options(FillRequest) if name not in ("strokes", "threads"))
 
 #: Entries of a question that counts edges.
 COUNTED_ENTRIES = ("sides", "corners", "strokes", "loops")
@@ -52,8 +59,20 @@ def parse_line(line: str) -> tuple[Boundary, list[Stroke]]:
 def read_id(line: str | bytes) -> dict[str, object]:
     """Read the entry "id" of a line of a batch file, of any kind; {} without one.
 
-    The answer repeats it. Nothing is raised for a line that is not JSON: reading its question does
-    that.
+    The answer repeats it.
+    """
+    return _read_entries(line, ("id",))
+
+
+def read_options(line: str | bytes) -> dict[str, Any]:
+    """Read the options of a line of a batch file; those of a FillRequest by their names."""
+    return _read_entries(line, OPTIONS)
+
+
+def _read_entries(line: str | bytes, names: Iterable[str]) -> dict[str, Any]:
+    """Read those of some entries that a line has.
+
+    Nothing is raised for a line that is not JSON: reading its question does that.
     """
     try:
         document: object = json.loads(line)
@@ -61,8 +80,8 @@ def read_id(line: str | bytes) -> dict[str, object]:
         return {}
     if not isinstance(document, dict):
         return {}
-    entries = cast("dict[str, object]", document)
-    return {"id": entries["id"]} if "id" in entries else {}
+    entries = cast("dict[str, Any]", document)
+    return {name: entries[name] for name in names if name in entries}
 
 
 def has_points(document: object) -> bool:
@@ -74,13 +93,13 @@ def has_points(document: object) -> bool:
 def read_question(document: object) -> tuple[Boundary, list[Stroke]]:
     """Read the boundary and the strokes of a document, as JSON gives it.
 
-    What else a document that counts edges says, such as the mesh that a boundary comes from, is no
-    question, and is passed over. Raises as :func:`parse_line` does.
+    Options are passed over: see :func:`read_options`. So is what else a document that counts edges
+    says, such as the mesh that a boundary comes from. Raises as :func:`parse_line` does.
     """
     if has_points(document):
         entries = cast("dict[str, Any]", document)
-        # The id of the line does not belong to the boundary.
-        asked = {name: value for name, value in entries.items() if name != "id"}
+        # The id of the line and the options do not belong to the boundary.
+        asked = {name: value for name, value in entries.items() if name not in ("id", *OPTIONS)}
         return read_document(JsonValue(asked, "", InvalidBoundaryError))
     if not isinstance(document, dict):
         raise InvalidBoundaryError('a question is an object such as {"sides": [3, 5, 4, 6]}')

@@ -99,7 +99,8 @@ LONGEST_LINE = 32_000_000
     type=FileName(),
     metavar="FILE",
     help='Boundaries, one a line: 3,5,4,6 or {"sides": [...], "corners": [...], '
-    '"strokes": [[[a, i], [b, j]], ...], "loops": n}. One JSON document a line out.',
+    '"strokes": [[[a, i], [b, j]], ...], "loops": n}, maybe with options, "max_quads": 40. One JSON '
+    "document a line out.",
 )
 @dbs_to_read
 @server_to_ask
@@ -386,12 +387,12 @@ def run_batch(
 
     A line that cannot be read gets a document with "error" instead of "fills", one that is not
     asked any more when the time limit is over a document without fills; an entry "id" of a line is
-    in its document, too. obj: the folder
+    in its document, too. Options of a line replace those of the command. obj: the folder
     for a folder of OBJ files for each line. image: the name of a sheet, to which each line adds
     its number. Returns the exit code: that of bad input if there was such a line, that of nothing
     found if a boundary has no fill.
     """
-    from query.batchline import parse_line, read_id
+    from query.batchline import parse_line, read_id, read_options
     from query.errors import InvalidQueryError
 
     asked = unreadable = unanswered = 0
@@ -409,7 +410,8 @@ def run_batch(
                 unanswered += 1
                 write_json({**head, "fills": [], **NOT_ASKED})
                 continue
-            found = search.find(database, boundary, strokes=strokes)
+            options = read_options(line)
+            found = search.find(database, boundary, strokes=strokes, **options)
         except TimeLimitError:
             unanswered += 1
             write_json({"line": number, **read_id(line), "fills": [], **NOT_ASKED})
@@ -422,7 +424,8 @@ def run_batch(
         listing = FillListing(database, found)
         folder = None if obj is None else obj / f"line-{number:03}"
         sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
-        kept = KeptFills(boundary, strokes, search.request.tolerance, folder, sheet)
+        tolerance = options.get("tolerance", search.request.tolerance)
+        kept = KeptFills(boundary, strokes, tolerance, folder, sheet)
 
         def end(listing: FillListing = listing) -> dict[str, object]:
             return {**listing.to_json(), "seconds": round(listing.found.seconds, 4)}

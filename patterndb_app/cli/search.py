@@ -116,7 +116,7 @@ class AskedFills:
         from patterndb.store import Database, DatabaseUnion
         from query import fills
 
-        if self.folded:
+        if self.folded and not options.keys() & {"pattern", "per_pattern"}:
             options["per_pattern"] = 1
         if isinstance(source, Database | DatabaseUnion):
             return fills(source, boundary, self.request, **options)

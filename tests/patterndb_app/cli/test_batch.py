@@ -29,6 +29,10 @@ SAME = (
     ),
     ('{"sides": [5,5], "loops": 2}', ("--sides=5,5", "--loop", "--loop")),
     (
+        '{"sides": [3,5,4,6], "max_quads": 60, "valence": [3, 5], "strict": true}',
+        ("--sides=3,5,4,6", "--max-quads=60", "--valence=3..5", "--strict"),
+    ),
+    (
         '{"mesh": "head.obj", "sides": [4,4,3,3,4], "irregular": 1, "quads": [[0,1,2,3]]}',
         ("--sides=4,4,3,3,4",),
     ),
@@ -57,6 +61,7 @@ WRONG = (
     ('{"sides": [4,4,4,4], "strokes": [[[0,1],[0,1]]]}', ("two different edges",)),
     ('{"sides": [4,4,4,4], "strokes": 3}', ("strokes is 3", "give a list")),
     ('{"sides": [4,4,4,4], "loops": -1}', ("loops is -1", "from 0")),
+    ('{"sides": [4,4,4,4], "max_quads": 0}', ("max", "the least is 1")),
     ('{"sides": [4,4,4,4], "loops": true}', ("loops is True", "from 0")),
 )
 
