@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from patterndb.errors import InvalidBoundaryError, TimeLimitError
+from patterndb.errors import InvalidBoundaryError, NotFoundError, TimeLimitError
 from patterndb.system.deadline import is_late, refuse_if_late
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
@@ -99,8 +99,8 @@ LONGEST_LINE = 32_000_000
     type=FileName(),
     metavar="FILE",
     help='Boundaries, one a line: 3,5,4,6 or {"sides": [...], "corners": [...], '
-    '"strokes": [[[a, i], [b, j]], ...], "loops": n}, maybe with options, "max_quads": 40. One JSON '
-    "document a line out.",
+    '"strokes": [[[a, i], [b, j]], ...], "loops": n}, maybe with options, "max_quads": 40. One '
+    "JSON document a line out.",
 )
 @dbs_to_read
 @server_to_ask
@@ -398,6 +398,7 @@ def run_batch(
     asked = unreadable = unanswered = 0
     for number, line in read_lines(path, LONGEST_LINE, InvalidQueryError):
         asked += 1
+        options = read_options(line)
         try:
             boundary, strokes = parse_line(_text(line))
             head = {
@@ -410,13 +411,15 @@ def run_batch(
                 unanswered += 1
                 write_json({**head, "fills": [], **NOT_ASKED})
                 continue
-            options = read_options(line)
             found = search.find(database, boundary, strokes=strokes, **options)
         except TimeLimitError:
             unanswered += 1
             write_json({"line": number, **read_id(line), "fills": [], **NOT_ASKED})
             continue
-        except (InvalidBoundaryError, InvalidQueryError) as error:
+        except (InvalidBoundaryError, InvalidQueryError, NotFoundError) as error:
+            if isinstance(error, NotFoundError) and not options:
+                # The command asks for it, so that no line can mend it.
+                raise
             unreadable += 1
             told = name_options(str(error))
             write_json({"line": number, **read_id(line), "error": told})
