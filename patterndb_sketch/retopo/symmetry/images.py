@@ -62,7 +62,8 @@ class _Images:
     """The steps of :func:`end_symmetry`, which need the same things."""
 
     def __init__(self, network: Network, surface: Surface, sizes: Sizes, plane: Plane) -> None:
-        self.network = network
+        # A draft of the half has made that the network's surface.
+        self.network = network if network.surface is None else replace(network, surface=surface)
         self.surface = surface
         self.sizes = sizes
         self.plane = plane

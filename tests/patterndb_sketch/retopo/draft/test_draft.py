@@ -351,6 +351,15 @@ def test_halves_that_are_unsound_where_parts_touch_give_way_to_the_whole(
     assert made.open_edges == 0 and made.flipped == 0 and made.euler == 4
 
 
+def test_a_drafted_half_with_a_handle_becomes_a_whole(source: PatternSource) -> None:
+    editor, made = drafted(torus(), source, quads=150)
+    assert editor.state.plane is not None
+    # The half is a bent tube without a handle, and the whole has one; do() checks the network.
+    do(editor, "symmetry", on=False)
+    assert editor.network.surface is editor.surface
+    assert len(editor.network.patches) == 2 * len(made.network.patches)
+
+
 @pytest.mark.parametrize("symmetry", [True, False])
 def test_a_surface_of_several_parts_is_drafted_whole(symmetry: bool, source: PatternSource) -> None:
     ball = trimesh.creation.icosphere(subdivisions=3)
