@@ -7,10 +7,10 @@ Networks in the plane: *tilings*, random merges of neighbouring triangles of a D
 triangulation with 2 to 8 corners a patch (a flat place in a side is a T-junction), and *grids* of
 jittered quads of which 6 % are cut into triangles and 6 % merged with a neighbour. Totals are
 errors of counts + patches without a regular fill, as the complete family of the database has it, at
-a regularity of 1, as multiples of the T-join's total: the least errors of all even counts. Beside
-what is chosen: all counts rounded one by one (how many patches that leaves odd), strips alone, the
-T-join improved by balls without walks, and one CP-SAT model of the whole network from the T-join,
-with its bound. Then changes of one count by 1 or 2. Prints Markdown for RESULTS.md.
+a regularity of 1, as multiples of the T-join's total: the least errors of all even counts. Next to
+these: all counts rounded one by one (how many patches that leaves odd), strips alone, the T-join
+improved by neighbourhoods without cycles, and one CP-SAT model of the whole network from the
+T-join. Then changes of one count by 1 or 2. Prints Markdown for RESULTS.md.
 """
 
 from __future__ import annotations
@@ -24,21 +24,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from patterndb_sketch.retopo.counts import (
-    CountsProblem,
-    change_count,
-    improve_change,
-    improve_counts,
-    is_cheap_by_family,
-    solve_counts,
+from patterndb_sketch.retopo.counts import CountsProblem, change_count, solve_counts
+from patterndb_sketch.retopo.counts.neighbourhoods import (
+    grow_neighbourhood,
+    list_neighbours,
+    solve_neighbourhood,
 )
-from patterndb_sketch.retopo.counts.balls import grow_ball, list_neighbours, solve_ball
-from patterndb_sketch.retopo.counts.evening import (
+from patterndb_sketch.retopo.counts.parity import (
     even_along_strips,
     even_by_least_errors,
     label_strips,
 )
-from patterndb_sketch.retopo.counts.rules import find_irregular_patches, sum_costs
 
 #: Wider corners are flat: the side goes on, past a T-junction.
 FLAT = np.radians(150.0)
@@ -185,50 +181,45 @@ def chosen_row(kind: str, problem: CountsProblem, seed: int, arguments: argparse
     rounded = np.maximum(np.round(problem.targets), problem.least).astype(np.int32)
     n_odd = int((problem.perimeters(rounded) % 2).sum())
     join = even_by_least_errors(problem)
-    base = sum_costs(problem, join.counts)
+    base = problem.sum_costs(join.counts)
     join_seconds = clocked(lambda: even_by_least_errors(problem))
     tied = even_along_strips(problem, label_strips(problem)).counts
     walked = solve_counts(problem, 0)
     walk_seconds = clocked(lambda: solve_counts(problem, 0))
     found = solve_counts(problem)
     seconds = clocked(lambda: solve_counts(problem))
-    long = found
-    start = time.perf_counter()
-    for further in improve_counts(problem, found):
-        long = further
-        if time.perf_counter() - start > arguments.long:
-            break
+    long = solve_counts(problem, arguments.long)
     assert not np.any(problem.perimeters(found.counts) % 2)
-    whole = bound = "-"
+    whole = "-"
     if not arguments.no_whole:
-        solved = solve_ball(problem, join.counts, range(problem.n_patches), arguments.whole)
-        cost = sum_costs(problem, solved.counts)
-        whole, bound = f"{cost / base:.3f}", f"{max(cost - solved.gap, found.bound) / base:.3f}"
+        patches = range(problem.n_patches)
+        solved = solve_neighbourhood(problem, join.counts, patches, arguments.whole)
+        whole = f"{problem.sum_costs(solved) / base:.3f}"
 
     def share(counts: NDArray[np.int32]) -> str:
-        return f"{sum_costs(problem, counts) / base:.3f}"
+        return f"{problem.sum_costs(counts) / base:.3f}"
 
     errors = float(problem.errors(join.counts).sum())
-    irregular = int(find_irregular_patches(problem, join.counts).sum())
+    irregular = int(problem.find_irregular_patches(join.counts).sum())
     return (
         f"| {kind} {problem.n_patches}, {seed} | {problem.n_chains} | {n_odd} | "
         f"{errors:.1f} + {irregular} | {1e3 * join_seconds:.0f} | {share(tied)} | "
-        f"{share(balls_alone(problem, arguments.seconds))} | {whole} | {bound} | "
+        f"{share(search_alone(problem, arguments.seconds))} | {whole} | "
         f"{walked.total / base:.3f} | {walk_seconds:.2f} | "
         f"**{found.total / base:.3f}** | {seconds:.2f} | {long.total / base:.3f} | "
         f"{found.cost:.1f} + {len(found.irregular)} |"
     )
 
 
-def balls_alone(problem: CountsProblem, seconds: float) -> NDArray[np.int32]:
-    """The T-join improved by balls of 16 patches for so long, as it was done before walks."""
+def search_alone(problem: CountsProblem, seconds: float) -> NDArray[np.int32]:
+    """The T-join improved by neighbourhoods of 16 patches for some seconds, without cycles."""
     near = list_neighbours(problem)
     counts = even_by_least_errors(problem).counts
     start, at = time.perf_counter(), 0
     while time.perf_counter() - start < seconds:
-        patches = grow_ball(near, at % problem.n_patches, 16)
-        made = solve_ball(problem, counts, patches, 0.1).counts
-        counts = made if sum_costs(problem, made) <= sum_costs(problem, counts) else counts
+        patches = grow_neighbourhood(near, at % problem.n_patches, 16)
+        made = solve_neighbourhood(problem, counts, patches, 0.1)
+        counts = made if problem.sum_costs(made) <= problem.sum_costs(counts) else counts
         at += 5
     return counts
 
@@ -238,25 +229,18 @@ def changes_row(name: str, problem: CountsProblem, seed: int, n_changes: int) ->
     counts = solve_counts(problem, 0).counts
     change_count(problem, counts, 0, int(counts[0]) + 1)
     quick: list[float] = []
-    slow: list[float] = []
     others: list[int] = []
-    others_after: list[int] = []
     for _ in range(n_changes):
         chain = int(chance.integers(problem.n_chains))
         count = max(1, int(counts[chain]) + int(chance.choice([-2, -1, 1, 2])))
         start = time.perf_counter()
         found = change_count(problem, counts, chain, count)
-        between = time.perf_counter()
-        better = improve_change(problem.with_pinned(chain, count), counts, found, chain)
-        quick.append(1e3 * (between - start))
-        slow.append(1e3 * (time.perf_counter() - between))
+        quick.append(1e3 * (time.perf_counter() - start))
         assert not np.any(problem.perimeters(found.counts) % 2)
         others.append(int((found.counts != counts).sum()))
-        others_after.append(int((better.counts != counts).sum()))
     return (
         f"| {name} | {statistics.median(quick):.1f} | {max(quick):.1f} | "
-        f"{statistics.mean(others):.1f} | {max(others)} | {statistics.median(slow):.0f} | "
-        f"{max(slow):.0f} | {max(others_after)} |"
+        f"{statistics.mean(others):.1f} | {max(others)} |"
     )
 
 
@@ -264,8 +248,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--patches", default="50,200", help="with commas")
     parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--seconds", type=float, default=2.0, help="for balls without walks")
-    parser.add_argument("--long", type=float, default=5.0, help="seconds to improve further for")
+    parser.add_argument("--seconds", type=float, default=2.0, help="without cycles")
+    parser.add_argument("--long", type=int, default=50, help="neighbourhoods of the long search")
     parser.add_argument("--whole", type=float, default=5.0, help="work on the whole model")
     parser.add_argument("--no-whole", action="store_true")
     parser.add_argument("--changes", type=int, default=100)
@@ -275,52 +259,22 @@ def main() -> None:
     solve_counts(grid(20, 0))
     print(
         "| network, seed | chains | odd if rounded | T-join: errors + irregular | ms | strips | "
-        f"balls alone, {arguments.seconds:g} s | whole model | its bound | walks | s | chosen "
-        f"| s | {arguments.long:g} s more | chosen: errors + irregular |"
+        f"neighbourhoods alone, {arguments.seconds:g} s | whole model | cycles | s | chosen "
+        f"| s | {arguments.long} neighbourhoods | chosen: errors + irregular |"
     )
-    print("|---|" + "---:|" * 14)
+    print("|---|" + "---:|" * 13)
     for kind, make in kinds.items():
         for size in sizes:
             for seed in range(1, arguments.seeds + 1):
                 print(chosen_row(kind, make(size, seed), seed, arguments), flush=True)
-    print(
-        "\n| one count changed | ms, median | worst | chains changed | most | "
-        "with a ball: ms, median | worst | most chains |"
-    )
-    print("|---|" + "---:|" * 7)
+    print("\n| one count changed | ms, median | worst | chains changed | most |")
+    print("|---|" + "---:|" * 4)
     for kind, make in kinds.items():
         for size in sizes:
             for regularity in (1.0, 3.0):
                 problem = make(size, 1).with_regularity(regularity)
                 name = f"{kind} {problem.n_patches}, regularity {regularity:g}"
                 print(changes_row(name, problem, size, arguments.changes), flush=True)
-    problem = tiling(sizes[-1], 1)
-    asked = CountsProblem.of(
-        problem.targets, lists(problem), regularity=1.0, cheap=is_cheap_by_family
-    )
-    solve_counts(asked, 0)
-    found, looked_up = solve_counts(problem), solve_counts(asked)
-    family_total = sum_costs(asked, found.counts)
-    print(
-        f"\nTiling {sizes[-1]}, the family's answer by inequalities and by look-up: totals "
-        f"{family_total:.1f} and {looked_up.total:.1f} as looked up, walks "
-        f"{clocked(lambda: solve_counts(problem, 0)):.2f} and "
-        f"{clocked(lambda: solve_counts(asked, 0)):.2f} s, "
-        f"chosen {clocked(lambda: solve_counts(problem)):.2f} and "
-        f"{clocked(lambda: solve_counts(asked)):.2f} s; "
-        f"{len(found.narrowly)} patches judged narrowly."
-    )
-
-
-def lists(problem: CountsProblem) -> list[list[list[int]]]:
-    """The patches of a problem, as it was made from."""
-    return [
-        [
-            problem.chains[problem.first_chain[k] : problem.first_chain[k + 1]].tolist()
-            for k in range(problem.first_side[f], problem.first_side[f + 1])
-        ]
-        for f in range(problem.n_patches)
-    ]
 
 
 if __name__ == "__main__":

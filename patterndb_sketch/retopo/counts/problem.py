@@ -1,19 +1,27 @@
-"""State a counts problem: chains with targets, patches whose sides are made of them.
+"""State a counts problem: chains with targets, patches whose sides are made of them; and its cost.
 
 The same network as anywhere in retopology, but as flat arrays of what the choice of counts needs:
 nothing here knows where a chain lies.
+
+A patch of N sides has |N - 4| irregular vertices at least, or some of higher valence. Side lengths
+that can do with so many have a *regular fill*. The complete family of the database knows which do;
+its answer follows from a few inequalities (:func:`has_regular_fill`), which take nanoseconds. By
+Gauss and Bonnet no strip of quads leads from a side back to itself, nor to a neighbour of it, if no
+vertex has fewer than four quads: what lies across must be long enough, for each side and for each
+two neighbours. For 2 to 6 sides this is the family's answer exactly; for more it is sufficient.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb._native.retopo.counts.regularity import find_irregular, is_regular
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Floats
+from patterndb.geometry.points import Bools, Floats
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 #: The fewest edges around a patch.
@@ -36,9 +44,6 @@ REGULARITY = 3.0
 #: fewer, of edges that are less even.
 FLOW_REGULARITY = 20.0
 
-#: Lengths of sides -> has the patch a regular fill?
-CheapRule = Callable[[tuple[int, ...]], bool]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CountsProblem:
@@ -51,8 +56,6 @@ class CountsProblem:
     chains:      (k,) int32. A chain occurs twice at most, once a side of it; perhaps twice in
                  one patch.
     regularity:  what a patch without a regular fill costs beside errors of counts.
-    cheap:       whether side lengths have one, instead of :func:`.rules.has_cheap_fill`. A rule in
-                 Python takes the longer: several times as long in all.
     least:       (c,) int32, the fewest edges a chain may get: 1, or 2 where it alone is a side of
                  a patch with other than 4 sides (there a side of one edge has no strict fill), or
                  4 where it is all of a patch's boundary, or what the caller asks for. Pinned chains
@@ -67,7 +70,6 @@ class CountsProblem:
     first_chain: Int32Array
     chains: Int32Array
     regularity: float
-    cheap: CheapRule | None
     least: Int32Array
     weights: Floats
     ends: Int32Array
@@ -80,13 +82,12 @@ class CountsProblem:
         pinned: ArrayLike | None = None,
         *,
         regularity: float = REGULARITY,
-        cheap: CheapRule | None = None,
         least: ArrayLike | None = None,
         urgency: ArrayLike | None = None,
     ) -> CountsProblem:
         """A problem from lists: of every patch its sides, of every side its chains.
 
-        least: the fewest edges of every chain, where it shall have more than patches ask for.
+        least: the fewest edges of every chain, where it needs more than patches ask for.
         urgency: so many times as much an edge too many or too few of every chain costs, > 0.
         A patch without corners has one side. Where a chain must have as many edges as several
         others together (a seam between two networks), name those instead of it. Raises
@@ -121,7 +122,6 @@ class CountsProblem:
             first_chain,
             chains,
             float(regularity),
-            cheap,
             bounds,
             weights,
             ends,
@@ -166,6 +166,15 @@ class CountsProblem:
     def errors(self, counts: Int32Array) -> Floats:
         """(c,) float64: what the counts of chains cost."""
         return self.weights * np.abs(counts - self.targets)
+
+    def find_irregular_patches(self, counts: Int32Array) -> Bools:
+        """Find the patches without a regular fill: (p,) bool."""
+        return find_irregular(self.first_side, self.side_lengths(counts))
+
+    def sum_costs(self, counts: Int32Array) -> float:
+        """Sum the errors of all chains and the costs of all patches without a regular fill."""
+        n_irregular = int(self.find_irregular_patches(counts).sum())
+        return float(self.errors(counts).sum()) + self.regularity * n_irregular
 
     def patch_chains(self, patch: int) -> Int32Array:
         """The chains around a patch, one that occurs twice named twice."""
@@ -241,3 +250,16 @@ def _find_bounds(
                 alone = MIN_PERIMETER if high - low == 1 else 2
                 least[of_side[0]] = max(least[of_side[0]], alone)
     return least, ends
+
+
+def has_regular_fill(lengths: tuple[int, ...]) -> bool:
+    """Has a patch of these side lengths, each 1 or more, a fill of |N - 4| irregular vertices?
+
+    Those on the boundary count with those inside. All need an even perimeter. N = 4: opposite
+    sides are equal. N = 3: no side is longer than the others together. N >= 5: no side is longer
+    than those that do not touch it, and no two neighbours are longer than all others. N < 3: all.
+
+    Where it is False for 7 sides or more, a fill of so many may exist all the same, with a vertex
+    of valence 3 between corners of three quads.
+    """
+    return bool(is_regular(np.array(lengths, np.int32), 0, len(lengths)))

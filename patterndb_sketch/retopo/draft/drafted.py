@@ -25,23 +25,21 @@ class DraftSetting:
 @dataclass(frozen=True, slots=True, eq=False)
 class DraftedNetwork:
     """A draft: a network with counts on every chain. laid: the chains that are the draft's own.
-    kept: the patches that are not. singular: irregular vertices of its field. cost: of its counts.
+    kept: the patches that are not. singular: irregular vertices of its field. edge: of its counts.
     """
 
     network: Network
     laid: frozenset[int]
     kept: frozenset[int]
-    setting: DraftSetting
     singular: int
-    cost: float
     edge: float
 
 
 #: Quads are as many as wanted within this share, as far as rounds of scaling the edge come to it.
 NEAR_ENOUGH, SCALINGS = 0.03, 6
 
-#: Balls in which counts of the draft that is made are improved.
-BALLS = 4
+#: Neighbourhoods in which counts of the draft that is made are improved.
+SEARCHED = 4
 
 
 def count_quads(network: Network) -> float:
@@ -59,7 +57,7 @@ def scale_counts(network: Network, edge: float, wanted: float) -> tuple[Network,
     best: tuple[float, Network, float] | None = None
     low, high = 0.0, np.inf
     for _ in range(SCALINGS):
-        counted, _ = choose_counts(network, edge, n_balls=0)
+        counted, _ = choose_counts(network, edge, searches=0)
         ratio = count_quads(counted) / wanted
         if best is None or abs(np.log(ratio)) < best[0]:
             best = abs(float(np.log(ratio))), counted, edge
@@ -78,7 +76,7 @@ def scale_counts(network: Network, edge: float, wanted: float) -> tuple[Network,
 
 def improve_counts(draft: DraftedNetwork, wanted: float) -> DraftedNetwork:
     """With better counts, which take long to find, where there are as many quads then."""
-    better, _ = choose_counts(draft.network, draft.edge, n_balls=BALLS)
+    better, _ = choose_counts(draft.network, draft.edge, searches=SEARCHED)
     if abs(float(np.log(count_quads(better) / wanted))) > 2.0 * NEAR_ENOUGH:
         return draft
     return replace(draft, network=better)

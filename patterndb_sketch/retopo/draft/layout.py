@@ -10,7 +10,6 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.counts.rules import sum_costs
 from patterndb_sketch.retopo.draft.arcs import cut_segments, find_arcs
 from patterndb_sketch.retopo.draft.assembly import (
     AtSingularity,
@@ -45,7 +44,6 @@ from patterndb_sketch.retopo.draft.tracing import (
 from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import choose_counts
-from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import format_place
@@ -143,11 +141,9 @@ def draft_network(
         counted, _ = choose_counts(laid.network, edge)
     else:
         counted, edge = scale_counts(laid.network, edge, wanted)
-    costs = NumberedCounts.of(counted, edge, anew=True)
-    cost = sum_costs(costs.problem, costs.counts(counted))
     corners = list_corner_indices(field.mesh)
     singular = int((field.index != corners).sum())
-    return DraftedNetwork(counted, laid.chains, laid.kept, setting, singular, cost, edge)
+    return DraftedNetwork(counted, laid.chains, laid.kept, singular, edge)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

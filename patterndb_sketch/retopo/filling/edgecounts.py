@@ -20,12 +20,13 @@ from patterndb._native.retopo.filling.edgecounts import count_bend_edges
 from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.counts import (
     FLOW_REGULARITY,
+    MOST_NEIGHBOURHOODS,
     CountsProblem,
+    Stuck,
     change_count,
+    even_by_fewest_changes,
     solve_counts,
 )
-from patterndb_sketch.retopo.counts.choosing import MOST_BALLS
-from patterndb_sketch.retopo.counts.evening import Stuck, even_by_fewest_changes
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
 
@@ -146,7 +147,10 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
 
 
 def choose_counts(
-    network: Network, edge: float, held: Collection[int] = (), n_balls: int = MOST_BALLS
+    network: Network,
+    edge: float,
+    held: Collection[int] = (),
+    searches: int = MOST_NEIGHBOURHOODS,
 ) -> tuple[Network, tuple[str, ...]]:
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
     regular as can be; and notes. held: chains that keep theirs for once, too. Networks that a draft
@@ -155,7 +159,7 @@ def choose_counts(
     whole = NumberedCounts.of(network, edge, None, kept, anew=True)
     drafted = any(chain.auto for chain in network.chains.values())
     problem = whole.problem.with_regularity(FLOW_REGULARITY) if drafted else whole.problem
-    found = solve_counts(problem, n_balls)
+    found = solve_counts(problem, searches)
     return whole.put(network, found.counts), whole.describe_stuck(found.stuck)
 
 

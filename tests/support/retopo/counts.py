@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from patterndb_sketch.retopo.counts import Counts, CountsProblem
-from patterndb_sketch.retopo.counts.rules import sum_costs
 
 Patches = list[list[list[int]]]
 
@@ -82,5 +81,5 @@ def refuse_unless_sound(problem: CountsProblem, counts: Counts) -> None:
     small = {one.patches[0] for one in counts.stuck if not one.odd}
     assert set(np.flatnonzero((perimeters < 4) & (perimeters % 2 == 0)).tolist()) == small
     assert counts.cost == pytest.approx(float(problem.errors(n).sum()))
-    assert counts.total == pytest.approx(sum_costs(problem, n))
+    assert counts.total == pytest.approx(problem.sum_costs(n))
     assert counts.bound <= counts.total + 1e-6

@@ -755,13 +755,13 @@ def test_choosing_counts_leaves_ctrl_c_to_python(
         return now
 
     solved: list[int] = []
-    solve = choosing.solve_ball
+    solve = choosing.solve_neighbourhood
 
     def count(*given: Any) -> Any:
         solved.append(1)
         return solve(*given)
 
-    monkeypatch.setattr(choosing, "solve_ball", count)
+    monkeypatch.setattr(choosing, "solve_neighbourhood", count)
     before = find_handler()
     drafted(bean(), source, edge=0.3)
     assert solved and find_handler() == before

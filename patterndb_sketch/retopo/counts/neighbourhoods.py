@@ -1,4 +1,4 @@
-"""Choose the counts of a ball anew, neighbouring patches, all others fixed, by CP-SAT.
+"""Choose the best counts of a neighbourhood of patches, all others fixed, by CP-SAT.
 
 One literal a count, and evenness as clauses: numbers with halves are beyond the solver at this
 size, and a whole network is either way.
@@ -26,27 +26,9 @@ COST_UNITS = 10_000
 #: Odd sums of so many chains are forbidden one by one; beyond, the solver's own constraint does.
 MOST_FORBIDDEN = 7
 
-#: Lengths of a patch's sides that a rule of the caller's is asked about, for one ball.
-MOST_ASKED = 700
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BallSolution:
-    """Counts after a ball was solved.
-
-    counts:  (c,) int32, of the whole network.
-    gap:     how much less other counts in the ball's windows may cost at most, 0 where it is proven
-             that none do. Patches unasked are not looked at.
-    unasked: patches with so many side lengths that the caller's rule was not asked about them.
-    """
-
-    counts: Int32Array
-    gap: float
-    unasked: tuple[int, ...]
-
-
-def grow_ball(near: Sequence[Int32Array], seed: int, size: int) -> list[int]:
-    """Grow a ball: the patches first met from a seed, breadth-first, at most so many."""
+def grow_neighbourhood(near: Sequence[Int32Array], seed: int, size: int) -> list[int]:
+    """Grow a neighbourhood: the patches first met from a seed, breadth-first, at most so many."""
     found = [seed]
     seen = {seed}
     for patch in found:
@@ -69,35 +51,30 @@ def list_neighbours(problem: CountsProblem) -> list[Int32Array]:
     return [np.array(sorted(one), np.int32) for one in sets]
 
 
-def solve_ball(
-    problem: CountsProblem,
-    counts: Int32Array,
-    patches: Sequence[int],
-    most_work: float,
-    changed_from: Int32Array | None = None,
-    change: float = 0.0,
-) -> BallSolution:
-    """Find the best counts of the chains within a ball, the others as they are.
+def solve_neighbourhood(
+    problem: CountsProblem, counts: Int32Array, patches: Sequence[int], most_work: float
+) -> Int32Array:
+    """Return the best counts (c,) of the chains within a neighbourhood, the others as they are.
 
-    A chain is within if there is no patch outside of the ball beside it. Counts are those
+    A chain is within if there is no patch outside of the neighbourhood next to it. Counts are those
     within WINDOW of the target, and the present one, from which the solver starts. most_work: a
-    limit in the solver's deterministic seconds. changed_from: chains that have other counts
-    than these cost ``change`` each beside their error.
+    limit in the solver's deterministic seconds.
     """
     require_extra("sketch", "choosing the edge counts of patches")
     from ortools.sat.python import cp_model
 
-    model = _BallModel(cp_model.CpModel(), problem, counts, {}, [])
+    model = _CountsModel(cp_model.CpModel(), problem, counts, {}, [])
     inside = np.zeros(problem.n_patches + 1, np.bool_)
     inside[list(patches)] = True
     inside[-1] = True
     around = np.unique(np.concatenate([problem.patch_chains(f) for f in patches]))
     free = around[inside[problem.ends[around]].all(axis=1) & (problem.pinned[around] == 0)]
     for chain in free.tolist():
-        model.add_chain(chain, None if changed_from is None else int(changed_from[chain]), change)
-    unasked = tuple(patch for patch in patches if not model.add_patch(patch))
+        model.add_chain(chain)
+    for patch in patches:
+        model.add_patch(patch)
     if not model.literals:
-        return BallSolution(counts, 0.0, unasked)
+        return counts
     model.cp.minimize(sum(cost * literal for cost, literal in model.costs))
     solver = cp_model.CpSolver()
     # One worker and a limit in operations: the same network always has the same counts.
@@ -109,17 +86,16 @@ def solve_ball(
     solver.parameters.linearization_level = 2
     solver.parameters.max_deterministic_time = most_work
     status = solver.solve(model.cp)
-    made, gap = counts, float("inf")
-    if status in (cp_model.OPTIMAL, cp_model.FEASIBLE):
-        made = counts.copy()
-        for chain, literals in model.literals.items():
-            made[chain] = next(n for n, one in literals.items() if solver.boolean_value(one))
-        gap = (solver.objective_value - solver.best_objective_bound) / COST_UNITS
-    return BallSolution(made, 0.0 if status == cp_model.OPTIMAL else gap, unasked)
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        return counts
+    made = counts.copy()
+    for chain, literals in model.literals.items():
+        made[chain] = next(n for n, one in literals.items() if solver.boolean_value(one))
+    return made
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _BallModel:
+class _CountsModel:
     """A model in the making; literals[chain][n] says that the chain has n edges."""
 
     cp: Any
@@ -128,7 +104,8 @@ class _BallModel:
     literals: dict[int, dict[int, Any]]
     costs: list[tuple[int, Any]]
 
-    def add_chain(self, chain: int, former: int | None, change: float) -> None:
+    def add_chain(self, chain: int) -> None:
+        """Add a chain with its counts and their costs."""
         p = self.problem
         nearest, now = round(float(p.targets[chain])), int(self.counts[chain])
         least = int(p.least[chain])
@@ -136,9 +113,6 @@ class _BallModel:
         options = {n: self.cp.new_bool_var("") for n in sorted(window | {now})}
         self.cp.add_exactly_one(options.values())
         costs = [p.weights[chain] * abs(n - p.targets[chain]) for n in options]
-        costs = [
-            c + change * (former not in (None, n)) for c, n in zip(costs, options, strict=True)
-        ]
         lowest = min(costs)
         for (n, literal), cost in zip(options.items(), costs, strict=True):
             self.cp.add_hint(literal, n == now)
@@ -155,8 +129,8 @@ class _BallModel:
             for c in chains
         )
 
-    def add_patch(self, patch: int) -> bool:
-        """Add a patch's evenness and regularity; False if a caller's rule could not be asked."""
+    def add_patch(self, patch: int) -> None:
+        """Add a patch's evenness and regularity."""
         p = self.problem
         sides = [
             p.chains[p.first_chain[k] : p.first_chain[k + 1]].tolist()
@@ -164,23 +138,19 @@ class _BallModel:
         ]
         around = [c for side in sides for c in side]
         if not any(c in self.literals for c in around):
-            return True
+            return
         self._add_even(around)
         if len(around) < MIN_PERIMETER:
             self.cp.add(self.length(around) >= MIN_PERIMETER)
-        if p.regularity <= 0:
-            return True
-        if p.cheap is not None:
-            return self._add_asked(sides)
-        if len(sides) > 2:
-            irregular = self.cp.new_bool_var("")
-            self.costs.append((round(p.regularity * COST_UNITS), irregular))
-            if len(sides) == 4:
-                self._add_equal(sides[0], sides[2], irregular)
-                self._add_equal(sides[1], sides[3], irregular)
-            else:
-                self._add_room(sides, irregular)
-        return True
+        if p.regularity <= 0 or len(sides) <= 2:
+            return
+        irregular = self.cp.new_bool_var("")
+        self.costs.append((round(p.regularity * COST_UNITS), irregular))
+        if len(sides) == 4:
+            self._add_equal(sides[0], sides[2], irregular)
+            self._add_equal(sides[1], sides[3], irregular)
+        else:
+            self._add_room(sides, irregular)
 
     def _add_room(self, sides: list[list[int]], irregular: Any) -> None:
         """Let no side, nor two neighbours, be longer than what lies across, or it is irregular."""
@@ -249,31 +219,3 @@ class _BallModel:
                     continue
                 clause.append(theirs[n])
             self.cp.add_bool_or(clause)
-
-    def _add_asked(self, sides: list[list[int]]) -> bool:
-        """Add regularity by the caller's rule, asked about all lengths that the sides may have."""
-        assert self.problem.cheap is not None
-        ranges = [sorted(self._lengths(side)) for side in sides]
-        if np.prod([len(one) for one in ranges]) > 2 * MOST_ASKED:
-            return False
-        known = [
-            (*lengths, not self.problem.cheap(lengths))
-            for lengths in product(*ranges)
-            if sum(lengths) % 2 == 0
-        ]
-        variables: list[Any] = []
-        for side, options in zip(sides, ranges, strict=True):
-            variable = self.cp.new_int_var(options[0], options[-1], "")
-            self.cp.add(variable == self.length(side))
-            variables.append(variable)
-        irregular = self.cp.new_bool_var("")
-        self.costs.append((round(self.problem.regularity * COST_UNITS), irregular))
-        self.cp.add_allowed_assignments([*variables, irregular], known)
-        return True
-
-    def _lengths(self, side: list[int]) -> set[int]:
-        sums = {0}
-        for chain in side:
-            options = self.literals.get(chain) or [int(self.counts[chain])]
-            sums = {total + n for total in sums for n in options}
-        return sums
