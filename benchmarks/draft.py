@@ -42,7 +42,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.sharpedges import measure_dihedrals
+from patterndb_sketch.retopo.draft.creases import measure_dihedrals
 from patterndb_sketch.retopo.filling.report import cut_quads
 
 ROOT = Path(__file__).parents[1]

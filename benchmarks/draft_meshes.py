@@ -30,7 +30,7 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.frames import TangentFrames
-from patterndb_sketch.retopo.draft.parting import part_touching
+from patterndb_sketch.retopo.draft.manifold import part_touching
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.filling.mesh import find_open_edges
 from patterndb_sketch.retopo.filling.report import report_mesh

@@ -90,8 +90,8 @@ def solve_counts(problem: CountsProblem, searches: int = MOST_NEIGHBOURHOODS) ->
     """Solve a problem: counts near the targets, every patch even, and as many regular ones as pay.
 
     Two starts, the least errors of all even counts and those along strips, are each improved by
-    cycles; the better is improved further in as many neighbourhoods as ``searches`` at most. The same
-    problem gives the same counts, however many threads there are and however fast they are.
+    cycles; the better is improved further in as many neighbourhoods as ``searches`` at most. The
+    same problem gives the same counts, however many threads there are and however fast they are.
     """
     least = even_by_least_errors(problem)
     found: list[Counts] = []

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb._native.retopo.counts.cycles import find_cycle, judge_patches
+from patterndb._native.retopo.counts.walks import find_walk, judge_patches
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from patterndb_sketch.retopo.counts.problem import CountsProblem
@@ -132,7 +132,7 @@ class CycleSearch:
         gained = 0.0
         begin, changed = 0, False
         while True:
-            n, begin, gain = find_cycle(
+            n, begin, gain = find_walk(
                 self._graph, halves, begin, most_steps, self._problem.regularity, cycle
             )
             if n:

@@ -21,8 +21,8 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components, dijkstra
 
-from patterndb._native.retopo.counts.matching import match
-from patterndb._native.retopo.counts.parity import tie_sides
+from patterndb._native.retopo.counts.evening import tie_sides
+from patterndb._native.retopo.counts.tjoin import match
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.geometry.points import Bools, Floats
 from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb._native.retopo.counts.regularity import find_irregular, is_regular
+from patterndb._native.retopo.counts.rules import find_irregular, is_cheap
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Floats
 from patterndb_sketch.retopo.errors import InvalidRetopoError
@@ -262,4 +262,4 @@ def has_regular_fill(lengths: tuple[int, ...]) -> bool:
     Where it is False for 7 sides or more, a fill of so many may exist all the same, with a vertex
     of valence 3 between corners of three quads.
     """
-    return bool(is_regular(np.array(lengths, np.int32), 0, len(lengths)))
+    return bool(is_cheap(np.array(lengths, np.int32), 0, len(lengths)))

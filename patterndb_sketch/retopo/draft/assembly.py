@@ -15,6 +15,7 @@ import numpy as np
 
 from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.draft.joints import BEYOND, AtSingularity, InWedge, OnChain, OnLine
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import (
     Chain,
@@ -33,6 +34,8 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tracing.curves import project_near
 from patterndb_sketch.retopo.wording import format_place
 
+Key = tuple[str, int]
+
 
 class RoundRegionError(RefusedError):
     """A region came out with too few corners; another line through it may give it some. at: a point
@@ -43,44 +46,6 @@ class RoundRegionError(RefusedError):
         self.at = at
 
 
-@dataclass(frozen=True, slots=True)
-class AtSingularity:
-    """A node at a vertex of the field's mesh; order: where around it, counter-clockwise."""
-
-    vertex: int
-    order: float
-
-
-@dataclass(frozen=True, slots=True)
-class OnLine:
-    """A T-junction on another line, ``there`` along it, met from its left or its right."""
-
-    line: int
-    there: float
-    left: bool
-
-
-@dataclass(frozen=True, slots=True)
-class OnWall:
-    """A node on a chain that the network has already, at a place in samples; order: of those at
-    one place, counter-clockwise on their side."""
-
-    chain: int
-    place: float
-    left: bool
-    order: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class InWedge:
-    """A node that the network has already, in the wedge on the left of one of its ends; order: of
-    those in one wedge, counter-clockwise."""
-
-    node: int
-    half: HalfChain
-    order: float = 0.0
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class DraftLine:
     """A line to be laid: (n, 3) points with normals, from one joint to another."""
@@ -88,8 +53,8 @@ class DraftLine:
     points: Points
     normals: Points
     along: Floats
-    start: AtSingularity | OnWall | InWedge
-    end: AtSingularity | OnLine | OnWall | InWedge
+    start: AtSingularity | OnChain | InWedge
+    end: AtSingularity | OnLine | OnChain | InWedge
 
 
 @dataclass(slots=True, eq=False)
@@ -102,12 +67,6 @@ class _Junction:
     through: bool
     ends: list[tuple[float, HalfChain]] = field(default_factory=list)
     wall: int = -1
-
-
-Key = tuple[str, int]
-
-#: What is on the right of a wall comes after all that is on its left: no vertex has more triangles.
-BEYOND = 1e6
 
 
 class LayoutBuilder:
@@ -123,7 +82,7 @@ class LayoutBuilder:
         sizes: Sizes,
         lines: list[DraftLine],
         joining: float,
-        corners: list[OnWall | InWedge],
+        corners: list[OnChain | InWedge],
     ) -> None:
         self.builder = NetworkBuilder(network, surface)
         self.surface = surface
@@ -133,7 +92,7 @@ class LayoutBuilder:
         self.kept: frozenset[int] = frozenset()
         self.junctions: dict[Key, _Junction] = {}
         self.walls: dict[tuple[int, float], int] = {}
-        self.marked_corners = [at for at in corners if isinstance(at, OnWall)]
+        self.marked_corners = [at for at in corners if isinstance(at, OnChain)]
         self.wedge_corners = {at.half for at in corners if isinstance(at, InWedge)}
         self.in_wedges: dict[int, list[tuple[HalfChain, float, HalfChain]]] = {}
         self.ends_at: dict[int, Key] = {}
@@ -201,9 +160,9 @@ class LayoutBuilder:
 
     def _cut_walls(self) -> None:
         """Cut the network's own chains where lines end on them."""
-        joints: list[OnWall] = [*self.marked_corners]
+        joints: list[OnChain] = [*self.marked_corners]
         for line in self.lines:
-            joints += [at for at in (line.start, line.end) if isinstance(at, OnWall)]
+            joints += [at for at in (line.start, line.end) if isinstance(at, OnChain)]
         same = self._join_across(joints)
         for at in joints:
             key = (at.chain, at.place)
@@ -219,7 +178,7 @@ class LayoutBuilder:
             made = self.builder.nodes[node]
             self.junctions[("W", node)] = _Junction(made.point, made.normal, False, wall=node)
 
-    def _join_across(self, joints: list[OnWall]) -> dict[tuple[int, float], tuple[int, float]]:
+    def _join_across(self, joints: list[OnChain]) -> dict[tuple[int, float], tuple[int, float]]:
         """Of places on both sides of a chain, nearer than ``joining`` to each other, the place
         between, for each."""
         by_chain: dict[int, set[tuple[float, bool]]] = {}
@@ -243,7 +202,7 @@ class LayoutBuilder:
                     found[number, one] = found[number, two] = middle
         return found
 
-    def _key(self, k: int, at: AtSingularity | OnLine | OnWall | InWedge) -> Key:
+    def _key(self, k: int, at: AtSingularity | OnLine | OnChain | InWedge) -> Key:
         if isinstance(at, AtSingularity):
             return ("S", at.vertex)
         if isinstance(at, InWedge):
@@ -252,15 +211,15 @@ class LayoutBuilder:
                 node = self.builder.nodes[at.node]
                 self.junctions[key] = _Junction(node.point, node.normal, False)
             return key
-        if isinstance(at, OnWall):
+        if isinstance(at, OnChain):
             return ("W", self.walls[(at.chain, at.place)])
         return self.ends_at[k]
 
-    def _order(self, at: AtSingularity | OnLine | OnWall | InWedge) -> float:
+    def _order(self, at: AtSingularity | OnLine | OnChain | InWedge) -> float:
         """Where among the ends of its node a line's own end comes."""
         if isinstance(at, AtSingularity | InWedge):
             return at.order
-        if isinstance(at, OnWall):
+        if isinstance(at, OnChain):
             return at.order if at.left else at.order + BEYOND
         # Of the line that is met the end onward is 0 and the end back is 2.
         return 1 if at.left else 3

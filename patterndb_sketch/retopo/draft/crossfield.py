@@ -16,7 +16,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from patterndb._native.retopo.draft.crossfield import solve_laplacian
@@ -29,6 +28,7 @@ QUARTER = np.pi / 2.0
 #: Rounds of diffusing and normalising, each over SCALE of the diagonal. Measured: fewer leave
 #: pairs of singularities beside each other, more move them without taking any away.
 ROUNDS = 20
+
 SCALE = 0.04
 
 #: A difference of the two curvatures above this, in 1 / diagonal, is a direction to be trusted.
@@ -45,6 +45,9 @@ MOST_WEIGHT = 10.0
 MOST_INDEX, MOST_ON_BORDER, PARTED = 2, 1, 1.5
 
 Complexes = NDArray[np.complexfloating]
+
+#: Edges of the mesh over which a border is seen to turn.
+FAR_OFF = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,18 +71,9 @@ class CrossField:
         return np.flatnonzero(self.index)
 
 
-def solve_field(mesh: TangentFrames, alignment: float, merging: float) -> CrossField:
-    """Find the field of a mesh.
-
-    alignment: how much directions of curvature weigh. merging: singularities of opposed indices
-    nearer than this, a length, are cancelled.
-    """
-    return FieldSolver(mesh, alignment).solve(merging)
-
-
 class FieldSolver:
-    """Finds fields of one mesh and alignment: what is cancelled may differ, the smoothest field is
-    found once."""
+    """Finds fields of one mesh: pairs that are cancelled may differ, the smoothest field is found
+    once. alignment: weight of the directions of curvature."""
 
     def __init__(self, mesh: TangentFrames, alignment: float) -> None:
         self.mesh = mesh
@@ -112,7 +106,8 @@ class FieldSolver:
         self.target[held] = _normalised(total[held])
 
     def solve(self, merging: float) -> CrossField:
-        """The field with pairs cancelled; see :func:`solve_field`."""
+        """Return the field; singularities of opposed indices nearer than ``merging``, a length, are
+        cancelled."""
         mesh, angle = self.mesh, self.smoothest
         quarters = match_crosses(mesh, angle)
         index = measure_indices(mesh, angle, quarters)
@@ -207,16 +202,12 @@ def measure_indices(mesh: TangentFrames, angle: Floats, quarters: Int32Array) ->
     border = mesh.surface.adjacency.border
     off = mesh.side_angle.ravel()[border] - angle[border // 3]
     off -= QUARTER * np.rint(off / QUARTER)
-    head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
-    np.add.at(total, corners[border], off)
+    tail, head = mesh.border_ends
+    np.add.at(total, tail, off)
     np.add.at(total, head, -off)
     index = np.rint((whole - total) / QUARTER).astype(np.int32)
     index[np.bincount(corners, minlength=n) == 0] = 0
     return index
-
-
-#: Edges of the mesh over which a border is seen to turn.
-FAR_OFF = 3
 
 
 def list_corner_indices(mesh: TangentFrames) -> Int32Array:
@@ -225,9 +216,7 @@ def list_corner_indices(mesh: TangentFrames) -> Int32Array:
     natural = np.minimum(np.rint((np.pi - angle) / QUARTER), MOST_ON_BORDER).astype(np.int32)
     natural[~mesh.on_border | (angle == 0.0)] = 0
     # A ragged border has turns of single vertices that are none, seen from further off.
-    border = mesh.surface.adjacency.border
-    tail = mesh.triangles.ravel()[border]
-    head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
+    tail, head = mesh.border_ends
     ahead, back = np.arange(len(natural)), np.arange(len(natural))
     ahead[tail], back[head] = head, tail
     one, two = back.copy(), ahead.copy()
@@ -253,7 +242,7 @@ def cancel_pairs(
     quarters, index = quarters.copy(), index.copy()
     if nearest <= 0.0:
         return quarters
-    graph = link_inner_edges(mesh)
+    graph = mesh.inner_graph
     # What a border's angle asks for is no pair's: a corner without its line has bent quads.
     free = index - list_corner_indices(mesh)
     plus, minus = np.flatnonzero(free > 0), np.flatnonzero(free < 0)
@@ -300,7 +289,7 @@ def part_poles(mesh: TangentFrames, quarters: Int32Array, index: Int32Array) -> 
     if not len(poles):
         return quarters
     quarters, index = quarters.copy(), index.copy()
-    graph = link_inner_edges(mesh)
+    graph = mesh.inner_graph
     far, before = dijkstra(graph, indices=poles, return_predecessors=True)
     sides_of = _sides_by_ends(mesh)
     for row, pole in enumerate(poles.tolist()):
@@ -314,18 +303,6 @@ def part_poles(mesh: TangentFrames, quarters: Int32Array, index: Int32Array) -> 
             index[pole] -= 1
             index[other] += 1
     return quarters
-
-
-def link_inner_edges(mesh: TangentFrames) -> csr_array:
-    """Lengths of edges that are no border: over others nothing is matched."""
-    adjacency = mesh.surface.adjacency
-    inner = np.ones(len(adjacency.ends), np.bool_)
-    inner[adjacency.edges[adjacency.border]] = False
-    ends = adjacency.ends[inner]
-    length = np.linalg.norm(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]], axis=1)
-    n = len(mesh.vertices)
-    rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
-    return coo_array((np.concatenate([length, length]), (rows, columns)), (n, n)).tocsr()
 
 
 def _sides_by_ends(mesh: TangentFrames) -> dict[tuple[int, int], int]:

@@ -23,10 +23,9 @@ from scipy.sparse import coo_array, csr_array
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Floats, Points, units
-from patterndb.geometry.quadshape import flipped
+from patterndb.geometry.quadshape import flipped, scaled_jacobian
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fixedcurves import find_fixed_curves
-from patterndb_sketch.retopo.draft.shapematching import match_squares, mean_normals
 from patterndb_sketch.retopo.filling import FilledNetwork, place_fill, weld_patches
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
@@ -75,6 +74,18 @@ UNTANGLINGS = 4
 #: quads all took ten seconds, four times.
 MOST_AT_ONCE, AROUND = 2000, 8
 
+#: Rounds for shape alone.
+SHAPING = 50
+
+#: Shapes and types of no far points.
+NOTHING = (((3,), float), ((3,), np.int32), ((3,), float), ((3,), float), ((), float))
+
+#: The size of a quad's square is this share its own, and else the mean of all.
+OWN_SIZE = 0.3
+
+#: Quads with a scaled Jacobian below POOR weigh more, up to MOST times.
+POOR, MOST = 0.6, 12.0
+
 
 def fit_quads(
     found: FilledNetwork,
@@ -121,13 +132,6 @@ class _FarPoints:
     weights: Floats
     away: Points
     size: Floats
-
-
-#: Rounds for shape alone.
-SHAPING = 50
-
-#: Shapes and types of no far points.
-NOTHING = (((3,), float), ((3,), np.int32), ((3,), float), ((3,), float), ((), float))
 
 
 class _Fit:
@@ -437,3 +441,44 @@ def _list_weights(n: int) -> Iterable[tuple[float, float, float]]:
         for j in range(n - i + 1):
             if max(i, j, n - i - j) < n:
                 yield i / n, j / n, (n - i - j) / n
+
+
+def match_squares(at: Points, quads: Int32Array, edge: float) -> Points:
+    """Return (v, 3) where vertices are to go: the weighted mean of the corners of their squares.
+
+    at: (v, 3) where they are; those of no quad stay. quads: (q, 4). edge: the mean edge length.
+    """
+    corner = at[quads]
+    middle = corner.mean(axis=1)
+    # Half diagonals; the square's are turned into each other by a right angle.
+    one, two = 0.5 * (corner[:, 0] - corner[:, 2]), 0.5 * (corner[:, 1] - corner[:, 3])
+    normal = units(np.cross(one, two))
+    one = 0.5 * (one + np.cross(two, normal))
+    own = np.linalg.norm(one, axis=1, keepdims=True)
+    wanted = OWN_SIZE * own + (1.0 - OWN_SIZE) * edge / np.sqrt(2.0)
+    one = one * (wanted / np.maximum(own, 1e-300))
+    two = np.cross(normal, one)
+    poor = np.clip((POOR - scaled_jacobian(quads, at)) / POOR, 0.0, 1.0)
+    weight = 1.0 + (MOST - 1.0) * poor
+    drawn = np.stack([middle + one, middle + two, middle - one, middle - two], axis=1)
+    total = _sum_at(quads, weight[:, None, None] * drawn, len(at))
+    count = np.bincount(quads.ravel(), np.repeat(weight, 4), len(at))[:, None]
+    return np.where(count > 0.0, total / np.maximum(count, 1e-300), at)
+
+
+def mean_normals(at: Points, quads: Int32Array) -> Points:
+    """Return (v, 3) unit normals of the quads around each vertex.
+
+    Projection by them brings back what had landed on the other side of a thin plate, where the
+    surface's own normal would keep it.
+    """
+    corner = at[quads]
+    across = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    return units(_sum_at(quads, np.repeat(across[:, None], 4, axis=1), len(at)))
+
+
+def _sum_at(quads: Int32Array, values: Floats, n: int) -> Floats:
+    """Return (n, 3) sums of values (q, 4, 3) over the vertices of quads."""
+    flat = values.reshape(-1, 3)
+    total = np.stack([np.bincount(quads.ravel(), flat[:, c], n) for c in range(3)], axis=1)
+    return total.astype(np.float64, copy=False)

@@ -82,13 +82,34 @@ class TangentFrames:
         return np.flatnonzero(self.across >= 0)
 
     @cached_property
+    def border_ends(self) -> Int32Array:
+        """(2, b) int32, the vertices that sides of borders lead from, and those they lead to."""
+        border = self.surface.adjacency.border
+        return np.stack(
+            [self.triangles.ravel()[border], self.triangles[border // 3, (border % 3 + 1) % 3]]
+        )
+
+    @cached_property
     def on_border(self) -> NDArray[np.bool_]:
         """(v,) bool, vertices of borders."""
         found = np.zeros(len(self.vertices), np.bool_)
-        border = self.surface.adjacency.border
-        found[self.triangles.ravel()[border]] = True
-        found[self.triangles[border // 3, (border % 3 + 1) % 3]] = True
+        found[self.border_ends] = True
         return found
+
+    @cached_property
+    def rims(self) -> list[list[int]]:
+        """The vertices around every border, the surface on the left."""
+        ahead = dict(zip(*self.border_ends.tolist(), strict=True))
+        loops: list[list[int]] = []
+        left = set(ahead)
+        while left:
+            loop = [min(left)]
+            left.discard(loop[0])
+            while (after := ahead.get(loop[-1], -1)) in left:
+                loop.append(after)
+                left.discard(after)
+            loops.append(loop)
+        return loops
 
     @cached_property
     def leaving(self) -> Int32Array:
@@ -103,7 +124,17 @@ class TangentFrames:
     @cached_property
     def edge_graph(self) -> csr_array:
         """(v, v) lengths of edges."""
-        ends = self.surface.adjacency.ends
+        return self._measure_edges(self.surface.adjacency.ends)
+
+    @cached_property
+    def inner_graph(self) -> csr_array:
+        """(v, v) lengths of edges that are no border: over others nothing is matched."""
+        adjacency = self.surface.adjacency
+        inner = np.ones(len(adjacency.ends), np.bool_)
+        inner[adjacency.edges[adjacency.border]] = False
+        return self._measure_edges(adjacency.ends[inner])
+
+    def _measure_edges(self, ends: Int32Array) -> csr_array:
         length = np.linalg.norm(self.vertices[ends[:, 0]] - self.vertices[ends[:, 1]], axis=1)
         n = len(self.vertices)
         rows, columns = np.concatenate([ends, ends[:, ::-1]]).T

@@ -1,4 +1,4 @@
-"""Judge the mesh of a draft: what it is like, what is wrong with it and where, and what is refused.
+"""Judge a draft: its mesh, what is wrong with that and where, and which draft is better.
 
 Of a draft of one half it is the mesh with its image that counts: no surface is symmetric to the
 last hair, and what lies near one side need not lie near the other.
@@ -13,17 +13,19 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.filling import FilledNetwork, weld_patches
+from patterndb_sketch.retopo.draft.settings import SETTINGS
+from patterndb_sketch.retopo.filling import (
+    FilledNetwork,
+    weld_patches,
+)
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.report import Report, cut_quads, hausdorff, report_mesh
+from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.symmetry import Half, mirror_mesh
 from patterndb_sketch.retopo.wording import count_places, format_place
 
-#: A quad with a scaled Jacobian below this is poor.
-POOR_QUAD = 0.3
-
-#: A draft nearer to the surface than this part of its diagonal is near enough.
-MOST_OFF = 0.02
+#: So many numbers of a rank say what is wrong.
+WRONG = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +35,7 @@ class DraftJudge:
 
     surface: Surface
     half: Half | None
-    most_off: float = MOST_OFF
+    most_off: float = SETTINGS.most_off
 
     @property
     def whole(self) -> Surface:
@@ -57,7 +59,7 @@ class DraftJudge:
         """(n, 3) the middles of poor quads, the worst first."""
         mesh = self.weld(found)
         shape = scaled_jacobian(mesh.quads, mesh.vertices)
-        worst = np.argsort(shape, kind="stable")[: int((shape < POOR_QUAD).sum())]
+        worst = np.argsort(shape, kind="stable")[: int((shape < SETTINGS.poor_quad).sum())]
         return mesh.vertices[mesh.quads[worst]].mean(axis=1)
 
     def is_lopsided(self, found: FilledNetwork, made: Report) -> bool:
@@ -106,3 +108,60 @@ class DraftJudge:
         if missed.max() >= gone.max():
             return surface.vertices[missed.argmax()]
         return mesh.vertices[gone.argmax()]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Draft:
+    """A draft, filled and judged.
+
+    found: its network, with counts and fills, and where these lie. report: of its mesh. flaws: what
+    is wrong with that, in words, with places. rank: the less, the better. poor: (n, 3) the middles
+    of poor quads, the worst first. notes: what the user should know of how it came, in words.
+    creased: does it keep all creases?
+    """
+
+    found: FilledNetwork
+    report: Report
+    flaws: tuple[str, ...]
+    rank: tuple[float, ...]
+    poor: Points
+    notes: tuple[str, ...] = ()
+    creased: bool = True
+
+    @classmethod
+    def of(cls, found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()) -> Draft:
+        """Judge quads that are fitted."""
+        made = judge.report(found)
+        off = max(made.to_surface, made.from_surface)
+        wrong = (made.unfilled, made.tangled, made.flipped, max(off - judge.most_off, 0.0))
+        rank = (*wrong, sum(made.irregular.values()), off)
+        flaws = judge.list_flaws(found, made)
+        return cls(found, made, flaws, rank, judge.find_poor(found), notes)
+
+    @property
+    def network(self) -> Network:
+        """With counts and fills."""
+        return self.found.network
+
+    @property
+    def sound(self) -> bool:
+        """Is nothing wrong with it?"""
+        return not any(self.rank[:WRONG])
+
+    @property
+    def nearly_sound(self) -> bool:
+        """Is little wrong for its creases: few quads are flipped, or it is a little too far off?"""
+        unfilled, tangled, flipped, off = self.rank[:WRONG]
+        chains = self.network.chains.values()
+        along = sum(chain.count for chain in chains if not (chain.auto or chain.marked))
+        # Of a half, flipped quads of the image count, too.
+        along *= self.report.quads / max(sum(len(p.quads) for p in self.found.placed.values()), 1)
+        if not along or unfilled or tangled:
+            return False
+        return flipped <= SETTINGS.few_flipped * along and off <= SETTINGS.little_off
+
+    @property
+    def price(self) -> float:
+        """The less, the better shaped it is: irregular vertices and poor quads in a thousand."""
+        odd = sum(self.report.irregular.values()) / SETTINGS.irregular_per_thousand
+        return 1000.0 * (odd + len(self.poor) / SETTINGS.poor_per_thousand) / self.report.quads

@@ -1,4 +1,4 @@
-"""Lay out a field: its separatrices as the chains of a network, with counts."""
+"""Lay out a field: its separatrices as the chains of a network, with counts, and a price."""
 
 from __future__ import annotations
 
@@ -10,19 +10,14 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.arcs import cut_segments, find_arcs
 from patterndb_sketch.retopo.draft.assembly import (
-    AtSingularity,
     DraftLine,
-    InWedge,
     LayoutBuilder,
-    OnLine,
-    OnWall,
     RoundRegionError,
     is_cellular,
 )
 from patterndb_sketch.retopo.draft.crossfield import CrossField, list_corner_indices
-from patterndb_sketch.retopo.draft.drafted import DraftedNetwork, DraftSetting, scale_counts
+from patterndb_sketch.retopo.draft.joints import Constraints, Joints, OnLine
 from patterndb_sketch.retopo.draft.seeds import (
     RegularParts,
     find_seed,
@@ -31,19 +26,22 @@ from patterndb_sketch.retopo.draft.seeds import (
     seed_rims_at,
     seed_rings,
 )
-from patterndb_sketch.retopo.draft.task import REMESHED, DraftBudget
+from patterndb_sketch.retopo.draft.settings import SETTINGS, FieldSetting
+from patterndb_sketch.retopo.draft.task import DraftBudget
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
     AT_LINE,
     LineSegments,
     Starts,
     TracedLines,
+    cut_segments,
+    find_arcs,
     start_at_vertices,
     trace_lines,
 )
-from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import choose_counts
+from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import format_place
@@ -58,33 +56,33 @@ LONGEST_TRACE = 12.0
 #: A line that ends on a drawn curve nearer than this to its end, in target edges, ends there.
 AT_NODE = 0.35
 
-#: Regular places from which lines are traced, too, where regions would be rings: a torus, whose
-#: field has no singularity, needs one.
-MOST_SEEDS = 12
 
-#: Number of these that leave the same region without corners, after which no other is tried.
-SAME_REGION = 3
+@dataclass(frozen=True, slots=True, eq=False)
+class CountedLayout:
+    """A draft: a network with counts on every chain. laid: the chains that are the draft's own.
+    kept: the patches that are not. singular: irregular vertices of its field. edge: of its counts.
+    """
 
-#: As many are tried on a bare surface with a region that has no corners, as one that is a tube.
-BARE_SEEDS = 3
+    network: Network
+    laid: frozenset[int]
+    kept: frozenset[int]
+    singular: int
+    edge: float
 
-#: Number of edges of a line that take as long to lay as a quad takes to make.
-EDGES_A_QUAD = 4.0
 
-
-def draft_network(
+def lay_out(
     network: Network,
     surface: Surface,
     sizes: Sizes,
-    setting: DraftSetting,
+    setting: FieldSetting,
     field: CrossField,
     budget: DraftBudget | None = None,
     wanted: float | None = None,
-) -> DraftedNetwork:
+) -> CountedLayout:
     """One try, with the field of its setting; raises RefusedError, with the place, where it comes
     to nothing. budget: is spent on lines that come to nothing; no further ones follow then."""
     budget = budget or DraftBudget()
-    walls = Walls(network, AT_NODE * sizes.edge)
+    walls = Constraints(network, AT_NODE * sizes.edge)
     total, due = int(field.index.sum()), 4 * field.mesh.euler
     if total != due:
         raise RefusedError(
@@ -105,7 +103,7 @@ def draft_network(
     laid: _LaidField | None = None
     why = "some regions would be rings or handles; draw by hand"
     again = 0
-    for tried in range(MOST_SEEDS + 1):
+    for tried in range(SETTINGS.most_seeds + 1):
         if tried and budget.spent:
             break
         before = budget.left
@@ -113,17 +111,17 @@ def draft_network(
             found = _lay_field(network, surface, sizes, field, walls, seeds, budget)
         except RoundRegionError as error:
             # A bare surface that goes on coming out so is too thin for its edges.
-            if walls.bare and tried == BARE_SEEDS:
+            if walls.bare and tried == SETTINGS.bare_seeds:
                 raise
-            if not walls.bare and error.at is not None and tried < MOST_SEEDS:
-                more = seed_rims_at(field, error.at, 2.0 * REMESHED * sizes.edge, seeds)
+            if not walls.bare and error.at is not None and tried < SETTINGS.most_seeds:
+                more = seed_rims_at(field, error.at, 2.0 * SETTINGS.field_edge * sizes.edge, seeds)
                 if more:
                     seeds += more
                     why = str(error)
                     continue
             again = again + 1 if str(error) == why else 1
             found, why = None, str(error)
-            if again == SAME_REGION:
+            if again == SETTINGS.same_region:
                 # Further places cut other regions, and not this one.
                 if laid is None:
                     raise
@@ -143,7 +141,7 @@ def draft_network(
         counted, edge = scale_counts(laid.network, edge, wanted)
     corners = list_corner_indices(field.mesh)
     singular = int((field.index != corners).sum())
-    return DraftedNetwork(counted, laid.chains, laid.kept, singular, edge)
+    return CountedLayout(counted, laid.chains, laid.kept, singular, edge)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,7 +159,7 @@ def _lay_field(
     surface: Surface,
     sizes: Sizes,
     field: CrossField,
-    walls: Walls,
+    walls: Constraints,
     seeds: list[int],
     budget: DraftBudget,
 ) -> _LaidField | None:
@@ -177,10 +175,10 @@ def _lay_field(
     left = starts[free]
     longest = LONGEST_TRACE * mesh.surface.diagonal
     traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
-    budget.spend(float(traced.length.sum()) / (EDGES_A_QUAD * sizes.edge))
+    budget.spend(float(traced.length.sum()) / (SETTINGS.line_edges_per_quad * sizes.edge))
     if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
         return None
-    joints = _Joints(field, walls, starts)
+    joints = Joints(field, walls, starts)
     lines: list[DraftLine] = []
     for arc in arcs:
         normals = _normals_along(field, arc.triangles)
@@ -210,7 +208,7 @@ def _list_traces(
     free: np.ndarray,
     left: Starts,
     traced: TracedLines,
-    joints: _Joints,
+    joints: Joints,
     arcs: int,
 ) -> Iterator[DraftLine]:
     mesh = field.mesh
@@ -230,48 +228,64 @@ def _list_traces(
         yield DraftLine(points, normals, along, joints.start(int(free[i])), end)
 
 
-class _Joints:
-    """Where lines begin and end, in terms of the network."""
+def count_quads(network: Network) -> float:
+    """About how many quads the fills of a network with counts have."""
+    total = 0.0
+    for patch in network.patches.values():
+        n = side_lengths(network, patch)
+        total += 0.25 * (n[0] + n[2]) * (n[1] + n[3]) if len(n) == 4 else (sum(n) / 4.0) ** 2
+    return total
 
-    def __init__(self, field: CrossField, walls: Walls, starts: Starts) -> None:
-        self.field = field
-        self.walls = walls
-        self.starts = starts
-        self.borders: dict[int, OnWall | InWedge] = {}
-        mesh = field.mesh
-        begun = np.zeros(len(field.index), np.bool_)
-        begun[starts.vertex] = True
-        for vertex in np.flatnonzero(mesh.on_border & ((field.index != 0) | begun)).tolist():
-            self.borders[vertex] = self.on_border(mesh.vertices[vertex], int(mesh.leaving[vertex]))
 
-    def start(
-        self, k: int, led: tuple[int, Points] | None = None
-    ) -> AtSingularity | OnWall | InWedge:
-        """The joint of a start; led: the triangle and the point that an arc goes to from there,
-        which need not be where the trace would have gone."""
-        mesh = self.field.mesh
-        vertex, triangle = int(self.starts.vertex[k]), int(self.starts.triangle[k])
-        corner, angle = int(self.starts.corner[k]), float(self.starts.angle[k])
-        if led is not None:
-            triangle = led[0]
-            corner = int(np.flatnonzero(mesh.triangles[triangle] == vertex)[0])
-            away = led[1] - mesh.vertices[vertex]
-            angle = float(np.arctan2(away @ mesh.y[triangle], away @ mesh.x[triangle]))
-        turned = (angle - mesh.side_angle[triangle, corner] + 0.1) % (2.0 * np.pi) - 0.1
-        share = min(max(turned / mesh.corner_angle[triangle, corner], 0.0), 1.0)
-        order = mesh.list_ring(vertex).index(3 * triangle + corner) + share
-        if vertex in self.borders:
-            at = self.borders[vertex]
-            return replace(at, order=order + (at.order if isinstance(at, InWedge) else 0.0))
-        return AtSingularity(vertex, order)
+def scale_counts(network: Network, edge: float, wanted: float) -> tuple[Network, float]:
+    """The network with counts for about so many quads: bounds that curvature sets go with the edge,
+    so that a coarse mesh is not finer than it is to be; in the end they fall."""
+    best: tuple[float, Network, float] | None = None
+    low, high = 0.0, np.inf
+    for _ in range(SETTINGS.scalings):
+        counted, _ = choose_counts(network, edge, searches=0)
+        ratio = count_quads(counted) / wanted
+        if best is None or abs(np.log(ratio)) < best[0]:
+            best = abs(float(np.log(ratio))), counted, edge
+        if abs(ratio - 1.0) < SETTINGS.count_share:
+            break
+        if ratio > 1.0:
+            low = max(low, edge)
+        else:
+            high = min(high, edge)
+        edge *= float(np.sqrt(ratio))
+        if not low < edge < high:
+            edge = float(np.sqrt(low * high)) if np.isfinite(high) and low else edge
+    assert best is not None
+    return best[1], best[2]
 
-    def on_border(self, point: Points, side: int) -> OnWall | InWedge:
-        """The place of the network's border chains that a place on a border's side is."""
-        mesh = self.field.mesh
-        f, e = divmod(side, 3)
-        tail, head = mesh.vertices[mesh.triangles[f, [e, (e + 1) % 3]]]
-        return self.walls.find_place(point, head - tail, 0.5 * (tail + head))
 
-    def corners(self) -> list[OnWall | InWedge]:
-        """Border vertices with one wedge, which no line leaves."""
-        return [at for vertex, at in self.borders.items() if self.field.index[vertex] == 1]
+def improve_counts(draft: CountedLayout, wanted: float) -> CountedLayout:
+    """With better counts, which take long to find, where there are as many quads then."""
+    better, _ = choose_counts(draft.network, draft.edge, searches=SETTINGS.searches)
+    if abs(float(np.log(count_quads(better) / wanted))) > 2.0 * SETTINGS.count_share:
+        return draft
+    return replace(draft, network=better)
+
+
+def measure_layout(draft: CountedLayout) -> tuple[float, float]:
+    """About how many irregular vertices a draft will have, and how uneven its edges will be."""
+    network = draft.network
+    odd = 0
+    for patch in network.patches.values():
+        n = side_lengths(network, patch)
+        odd += len(n) != 4 or n[0] != n[2] or n[1] != n[3]
+    count = np.array([chain.count for chain in network.chains.values()], float)
+    length = np.array([chain.length for chain in network.chains.values()])
+    used = count > 0
+    mean = length[used].sum() / count[used].sum()
+    off = np.sqrt(np.average((length[used] / count[used] / mean - 1.0) ** 2, weights=count[used]))
+    return draft.singular + 2.0 * odd, float(off)
+
+
+def price_layout(draft: CountedLayout) -> float:
+    odd, uneven = measure_layout(draft)
+    return (
+        1000.0 * odd / count_quads(draft.network) / SETTINGS.irregular_per_thousand
+        + uneven / SETTINGS.uneven
+    )

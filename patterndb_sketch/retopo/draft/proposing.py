@@ -1,35 +1,50 @@
-"""A first draft of a network: separatrices of a cross field, laid, counted, the best of settings.
+"""Propose a draft of one part: the best of several fields, edge lengths and sets of creases.
 
-:func:`propose_draft` is all of it; :class:`DraftSetting` is what differs between tries.
+The tries nest, the outer ones first: with all creases, with closed ones, without
+(:func:`propose_by_creases`); with edges of several lengths (:func:`propose_by_edges`); with several
+fields, laid out and counted, of which the cheapest is filled and fitted (:func:`propose_draft`).
+Each ends with the first draft that is sound, or where the work allowed for it is done.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.assembly import RoundRegionError
-from patterndb_sketch.retopo.draft.checking import check_surface, refuse_laces
-from patterndb_sketch.retopo.draft.creases import add_creases
+from patterndb_sketch.retopo.draft.creases import (
+    add_creases,
+    drop_open_chains,
+    find_border,
+    find_creases,
+    find_sharp_edges,
+)
 from patterndb_sketch.retopo.draft.crossfield import FieldSolver
-from patterndb_sketch.retopo.draft.drafted import (
-    ODD_IN_THOUSAND,
-    DraftedNetwork,
-    DraftSetting,
-    improve_counts,
-    price_layout,
+from patterndb_sketch.retopo.draft.fieldmesh import (
+    cut_along_creases,
+    cut_along_curves,
+    remesh_parts,
 )
 from patterndb_sketch.retopo.draft.fitting import fit_quads, sample_both_sides
 from patterndb_sketch.retopo.draft.frames import TangentFrames
-from patterndb_sketch.retopo.draft.imprint import cut_along_creases, cut_along_curves
-from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.layout import draft_network
-from patterndb_sketch.retopo.draft.remesh import remesh_parts
-from patterndb_sketch.retopo.draft.task import REMESHED, DraftTask
+from patterndb_sketch.retopo.draft.judging import Draft, DraftJudge
+from patterndb_sketch.retopo.draft.layout import (
+    CountedLayout,
+    improve_counts,
+    lay_out,
+    price_layout,
+)
+from patterndb_sketch.retopo.draft.manifold import (
+    ThinHandleError,
+    check_surface,
+    refuse_thin_handles,
+)
+from patterndb_sketch.retopo.draft.settings import SETTINGS
+from patterndb_sketch.retopo.draft.task import DraftBudget, DraftGoal, DraftTask
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -38,107 +53,123 @@ from patterndb_sketch.retopo.filling import (
     fill_network,
     has_suitable_fill,
 )
-from patterndb_sketch.retopo.filling.report import Report
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.network.invariants import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places, format_place
 from query.engine import PatternSource
 
-#: Finding a field on so many triangles takes as long as making a quad does.
-TRIANGLES_A_QUAD = 40.0
 
-#: What is tried, until one comes out well; of the first TRIED at least the best is taken, and the
-#: first of equals. Measured on four surfaces: where only pairs nearer than 3 edges are cancelled
-#: there are half as many irregular vertices again, where further ones than 4.5 are, those of legs
-#: go, whose quads are sheared then. With directions of curvature weighing twice as much human_man
-#: has 45 irregular vertices instead of 54.
-TRIED = 3
-SETTINGS = (
-    DraftSetting(0.003, 3.75),
-    DraftSetting(0.003, 4.5),
-    DraftSetting(0.006, 3.75),
-    DraftSetting(0.01, 2.0),
-    DraftSetting(0.003, 3.75, 0.8),
-)
+def propose_by_creases(
+    task: DraftTask,
+    edges: Sequence[float],
+    share: float,
+    progress: Callable[[float], None] | None = None,
+) -> Draft:
+    """Return the first draft that is sound with as many creases as go, or the best; see
+    :func:`propose_by_edges`."""
+    notes: list[str] = []
+    tried: list[Draft] = []
+    for goal in _list_goals(task, share):
+        budget = DraftBudget(min(SETTINGS.work_on_creases, task.budget.left))
+        try:
+            one = propose_by_edges(replace(task, goal=goal, budget=budget), edges, share, progress)
+        except RefusedError as error:
+            notes.append(f"sharp edges are not all kept: {error}")
+            continue
+        one = replace(one, notes=(*notes, *one.notes), creased=not notes)
+        if one.sound or (one.nearly_sound and not goal.strict):
+            return one
+        tried.append(one)
+        notes.append(f"sharp edges are not all kept: there would be {'; '.join(one.flaws)}")
+    without = replace(task, goal=replace(task.goal, sharp=None))
+    try:
+        bare = propose_by_edges(without, edges, share, progress)
+    except RefusedError:
+        if not tried:
+            raise
+        return min(tried, key=lambda one: one.rank)
+    tried.append(replace(bare, notes=(*notes, *bare.notes), creased=not notes))
+    return tried[-1] if bare.sound else min(tried, key=lambda one: one.rank)
 
 
-#: So many poor quads in a thousand weigh as much as ODD_IN_THOUSAND irregular vertices.
-POOR_IN_THOUSAND = 5.0
+def _list_goals(task: DraftTask, share: float) -> list[DraftGoal]:
+    """List the goals with creases, as far as they differ on the task's surface.
 
-#: So many numbers of a rank say what is wrong.
-WRONG = 4
+    share: of the part in the whole surface's area; on small ones edges may become finer."""
+    goal = task.goal
+    if goal.sharp is None:
+        return []
+    if share <= SETTINGS.small_part:
+        edges = find_sharp_edges(
+            task.surface, SETTINGS.small_part_edges[-1] * task.sizes.edge, goal.sharp
+        )
+    else:
+        edges = find_creases(task.surface, task.sizes.edge, goal.sharp)
+    closed = drop_open_chains(edges, find_border(task.surface))
+    goals = [goal] if edges else []
+    return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals
 
-#: A draft that is nearly sound has no more flipped quads than this share of its edges along
-#: creases, and is off the surface by no more than this part of the diagonal above what is allowed.
-#: A machined body without its creases is worth less.
-FEW_FLIPPED, FURTHER_OFF = 0.05, 0.05
 
+def propose_by_edges(
+    task: DraftTask,
+    edges: Sequence[float],
+    share: float,
+    progress: Callable[[float], None] | None = None,
+) -> Draft:
+    """Return the first draft that is sound, with edges of several lengths, or the best.
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ProposedDraft:
-    """A draft that is made: found: its network, with counts and fills, and where these lie.
-    report: of its mesh. flaws: what is wrong with that, in words, with places. rank: the less, the
-    better. poor: (n, 3) the middles of poor quads, the worst first. notes: what the user should
-    know of how it came, in words."""
-
-    found: FilledNetwork
-    report: Report
-    flaws: tuple[str, ...]
-    rank: tuple[float, ...]
-    poor: Points
-    notes: tuple[str, ...] = ()
-
-    @classmethod
-    def of(
-        cls, found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()
-    ) -> ProposedDraft:
-        """Of quads that are fitted."""
-        made = judge.report(found)
-        off = max(made.to_surface, made.from_surface)
-        wrong = (made.unfilled, made.tangled, made.flipped, max(off - judge.most_off, 0.0))
-        rank = (*wrong, sum(made.irregular.values()), off)
-        flaws = judge.list_flaws(found, made)
-        return cls(found, made, flaws, rank, judge.find_poor(found), notes)
-
-    @property
-    def network(self) -> Network:
-        """With counts and fills."""
-        return self.found.network
-
-    @property
-    def sound(self) -> bool:
-        """Is nothing wrong with it?"""
-        return not any(self.rank[:WRONG])
-
-    @property
-    def nearly_sound(self) -> bool:
-        """Is little wrong for its creases: few quads are flipped, or it is a little too far off?"""
-        unfilled, tangled, flipped, off = self.rank[:WRONG]
-        chains = self.network.chains.values()
-        along = sum(chain.count for chain in chains if not (chain.auto or chain.marked))
-        # Of a half, flipped quads of the image count, too.
-        along *= self.report.quads / max(sum(len(p.quads) for p in self.found.placed.values()), 1)
-        if not along or unfilled or tangled:
-            return False
-        return flipped <= FEW_FLIPPED * along and off <= FURTHER_OFF
-
-    @property
-    def price(self) -> float:
-        """The less, the better shaped it is: irregular vertices and poor quads in a thousand."""
-        odd = sum(self.report.irregular.values()) / ODD_IN_THOUSAND
-        return 1000.0 * (odd + len(self.poor) / POOR_IN_THOUSAND) / self.report.quads
+    share: of the part in the whole surface's area."""
+    sizes, diagonal = task.sizes, task.surface.diagonal
+    best: Draft | None = None
+    why: RefusedError | None = None
+    bare = all(chain.marked for chain in task.network.chains.values())
+    left, enough = list(edges), SETTINGS.tried
+    if share <= SETTINGS.small_part:
+        left += [
+            times
+            for times in SETTINGS.small_part_edges
+            if times * sizes.edge >= SETTINGS.least_edge * diagonal
+        ]
+        enough = 1
+    while left and not (task.budget.spent and (best or why)):
+        times = left.pop(0)
+        tried = replace(sizes, edge=times * sizes.edge)
+        try:
+            made = propose_draft(replace(task, sizes=tried), enough, progress)
+        except RefusedError as error:
+            if why is None and isinstance(error, ThinHandleError):
+                finer = error.edge / sizes.edge
+                if share <= SETTINGS.most_quads * finer**2:
+                    left = [finer]
+            why = error if why is None else why
+            if best is None and isinstance(error, RoundRegionError) and not bare:
+                # Around what is drawn; other edges have it, too.
+                raise
+            continue
+        if best is None or made.rank < best.rank:
+            notes = made.notes
+            if times != edges[0]:
+                flaws = str(why) if best is None else f"there would be {'; '.join(best.flaws)}"
+                notes = (f"edges are {times:.2g} times as long as asked for: else {flaws}", *notes)
+            best = replace(made, notes=notes)
+        if made.sound:
+            break
+    if best is None:
+        assert why is not None
+        raise why
+    return best
 
 
 def propose_draft(
     task: DraftTask,
-    enough: int = TRIED,
-    tell: Callable[[float], None] | None = None,
-) -> ProposedDraft:
+    enough: int = SETTINGS.tried,
+    progress: Callable[[float], None] | None = None,
+) -> Draft:
     """Propose the best draft of all settings.
 
     enough: so many settings are laid out; the cheapest layout (:func:`price_layout`) is filled and
-    fitted, the next ones only if that is not sound, and other settings if none is. tell: is called
-    with the share of settings that are done.
+    fitted, the next ones only if that is not sound, and other settings if none is. progress: is
+    called with the share of settings that are done.
     Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
     given, and where no setting comes to a layout; RoundRegionError where the same region has too
     few corners by two settings.
@@ -146,9 +177,9 @@ def propose_draft(
     network, mesh, notes = _prepare(task)
     judge = DraftJudge(task.surface, task.half, task.goal.allow_off(task.surface))
     samples = sample_both_sides(task.surface, task.half, _find_finest(task))
-    best: ProposedDraft | None = None
+    best: Draft | None = None
     why: list[str] = []
-    for batch in _lay_out(task, network, mesh, enough, why, tell):
+    for batch in _lay_out(task, network, mesh, enough, why, progress):
         for one in batch:
             if best is not None and task.budget.spent:
                 return best
@@ -174,8 +205,8 @@ def _lay_out(
     mesh: TangentFrames,
     enough: int,
     why: list[str],
-    tell: Callable[[float], None] | None,
-) -> Iterator[list[DraftedNetwork]]:
+    progress: Callable[[float], None] | None,
+) -> Iterator[list[CountedLayout]]:
     """Lay out the settings whose fields differ: first some, by price, and then one by one.
 
     enough: how many at first. why: to this is added why a setting comes to nothing.
@@ -184,11 +215,11 @@ def _lay_out(
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
     solvers: dict[float, FieldSolver] = {}
-    batch: list[DraftedNetwork] = []
+    batch: list[CountedLayout] = []
     laid = False
-    for tried, setting in enumerate(SETTINGS, 1):
-        if tell is not None:
-            tell((tried - 1) / len(SETTINGS))
+    for tried, setting in enumerate(SETTINGS.fields, 1):
+        if progress is not None:
+            progress((tried - 1) / len(SETTINGS.fields))
         if setting.alignment not in solvers:
             solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
         field = solvers[setting.alignment].solve(setting.merging * sizes.edge)
@@ -196,12 +227,10 @@ def _lay_out(
         if key not in done:
             done.add(key)
             try:
-                batch.append(
-                    draft_network(network, task.surface, sizes, setting, field, budget, wanted)
-                )
+                batch.append(lay_out(network, task.surface, sizes, setting, field, budget, wanted))
                 laid = True
             except RefusedError as error:
-                budget.spend(len(mesh.triangles) / TRIANGLES_A_QUAD)
+                budget.spend(len(mesh.triangles) / SETTINGS.triangles_per_quad)
                 if isinstance(error, RoundRegionError) and not laid and str(error) in why:
                     # By two settings the same region: it is in what is drawn.
                     raise RoundRegionError(f"no draft: {error}") from error
@@ -217,11 +246,11 @@ def _lay_out(
 
 def _make_draft(
     task: DraftTask,
-    one: DraftedNetwork,
+    one: CountedLayout,
     samples: Points,
     judge: DraftJudge,
     notes: tuple[str, ...],
-) -> ProposedDraft:
+) -> Draft:
     """Fill a layout and fit its quads to samples."""
     surface, sizes = task.surface, task.sizes
     if (wanted := task.goal.count_quads(surface)) is not None:
@@ -230,7 +259,7 @@ def _make_draft(
     found = _fill_rest(found, surface, task.source)
     fitted = replace(sizes, edge=_find_finest(task))
     found = fit_quads(found, surface, samples, fitted, one.laid, one.kept)
-    made = ProposedDraft.of(found, judge, notes)
+    made = Draft.of(found, judge, notes)
     if not made.sound:
         task.budget.spend(made.report.quads / (1 if task.half is None else 2))
     return made
@@ -262,7 +291,7 @@ def _prepare(task: DraftTask) -> tuple[Network, TangentFrames, tuple[str, ...]]:
             f"faces that were given stay as they are, the first at {format_place(at)}: a draft "
             "goes round none; go on by hand"
         )
-    fine = REMESHED * sizes.edge
+    fine = SETTINGS.field_edge * sizes.edge
     drawn = [c for c, chain in network.chains.items() if not chain.marked]
     creases = None
     if task.goal.sharp is not None:
@@ -278,10 +307,10 @@ def _prepare(task: DraftTask) -> tuple[Network, TangentFrames, tuple[str, ...]]:
                 "or has needles; mend it, or draw by hand"
             )
         mesh = TangentFrames.of(even)
-        refuse_laces(mesh, sizes.edge, surface.diagonal)
+        refuse_thin_handles(mesh, sizes.edge, surface.diagonal)
     else:
         network = creases.network
-        refuse_laces(TangentFrames.of(surface), sizes.edge, surface.diagonal)
+        refuse_thin_handles(TangentFrames.of(surface), sizes.edge, surface.diagonal)
         mesh = cut_along_creases(network, surface, creases.half, fine)
         if len(creases.clipped):
             where = count_places("a place", "places", creases.clipped)

@@ -1,4 +1,4 @@
-"""Regular places from which lines are traced, too, where regions would be rings or too long."""
+"""Choose regular places from which lines are traced, too: where regions would be rings or long."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ from patterndb_sketch.retopo.network.faces import SurfaceParts
 #: Where a field has no singularity, regions with a longer border, in diagonals, are cut by a
 #: further place. It is the longest loop that Takayama et al.'s program takes for a patch.
 LONGEST_LOOP = 2.0
+
+#: Lines across a ring that has no corner: a patch goes no further around it than a quarter.
+ACROSS_RING = 4
+
+#: Number of lines after which a ring gets no more.
+LEAST_ACROSS = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +98,7 @@ def seed_rings(field: CrossField, seeds: list[int]) -> list[int]:
     corners = np.bincount(
         of_vertex[np.flatnonzero(mesh.on_border & (field.index == 1))], minlength=parts.parts
     )
-    rims = np.bincount(
-        [of_vertex[loop[0]] for loop in _list_rims(mesh)] or [0], minlength=parts.parts
-    )
+    rims = np.bincount([of_vertex[loop[0]] for loop in mesh.rims] or [0], minlength=parts.parts)
     begun = (lines >= LEAST_ACROSS) | ((rims < 2) & (lines + corners > 0))
     found: list[int] = []
     for part in np.flatnonzero(~begun).tolist():
@@ -105,18 +109,11 @@ def seed_rings(field: CrossField, seeds: list[int]) -> list[int]:
     return found
 
 
-#: Lines across a ring that has no corner: a patch goes no further around it than a quarter.
-ACROSS_RING = 4
-
-#: Number of lines after which a ring gets no more.
-LEAST_ACROSS = 3
-
-
 def seed_rims_at(field: CrossField, at: Points, near: float, seeds: list[int]) -> list[int]:
     """Vertices that divide borders at a point evenly, of those that have no seed yet."""
     mesh = field.mesh
     found: list[int] = []
-    for loop in _list_rims(mesh):
+    for loop in mesh.rims:
         away = np.linalg.norm(mesh.vertices[loop] - at, axis=1).min()
         if away <= near and not set(loop) & set(seeds):
             found += [v for v in _divide_rim(mesh, loop) if field.index[v] == 0]
@@ -125,26 +122,8 @@ def seed_rims_at(field: CrossField, at: Points, near: float, seeds: list[int]) -
 
 def _spread_along_rim(mesh: TangentFrames, own: NDArray[np.bool_]) -> list[int]:
     """Vertices that divide the longest border of a part evenly."""
-    loops = [loop for loop in _list_rims(mesh) if own[loop[0]]]
+    loops = [loop for loop in mesh.rims if own[loop[0]]]
     return _divide_rim(mesh, max(loops, key=lambda one: float(_measure_rim(mesh, one).sum())))
-
-
-def _list_rims(mesh: TangentFrames) -> list[list[int]]:
-    """The vertices around every border."""
-    border = mesh.surface.adjacency.border
-    tail = mesh.triangles.ravel()[border]
-    head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
-    ahead = {int(a): int(b) for a, b in zip(tail, head, strict=True)}
-    loops: list[list[int]] = []
-    left = set(ahead)
-    while left:
-        loop = [min(left)]
-        left.discard(loop[0])
-        while (after := ahead.get(loop[-1], -1)) in left:
-            loop.append(after)
-            left.discard(after)
-        loops.append(loop)
-    return loops
 
 
 def _measure_rim(mesh: TangentFrames, loop: list[int]) -> NDArray[np.float64]:

@@ -12,26 +12,17 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from msgspec import Meta
 
 from patterndb.system.requests import Request, option
+from patterndb_sketch.retopo.draft.settings import SETTINGS
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.sizes import EDGE
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
-    from patterndb_sketch.retopo.draft.sharpedges import SharpRule
+    from patterndb_sketch.retopo.draft.creases import SharpRule
     from patterndb_sketch.retopo.network import Network
     from patterndb_sketch.retopo.sizes import Sizes
     from patterndb_sketch.retopo.symmetry import Half
     from query.engine import PatternSource
-
-#: Edges of the mesh that the field is solved on, in target edges.
-REMESHED = 0.4
-
-#: Quads of drafts that came out unsound, or what takes as long, after which nothing else is tried:
-#: a dozen seconds of work.
-MOST_IN_VAIN = 6000
-
-#: The same for the half of a symmetric surface: the whole is still to be tried then.
-IN_VAIN_BY_HALVES = 2000
 
 
 class DraftRequest(Request, frozen=True, kw_only=True):
@@ -89,7 +80,7 @@ class DraftBudget:
     """How many quads of unsound drafts may yet be made, counted on the surface that is worked
     on."""
 
-    left: float = MOST_IN_VAIN
+    left: float = SETTINGS.work
 
     @property
     def spent(self) -> bool:
@@ -97,11 +88,6 @@ class DraftBudget:
 
     def spend(self, quads: float) -> None:
         self.left -= quads
-
-
-#: A draft of few quads may be this part of their edges off: at 300 quads a sphere is 2 % of its
-#: diagonal off its own fills.
-OFF_IN_EDGES = 0.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,11 +112,9 @@ class DraftGoal:
 
     def allow_off(self, surface: Surface) -> float:
         """Return how far off a surface quads may be, in its diagonals."""
-        from patterndb_sketch.retopo.draft.judging import MOST_OFF
-
         if self.quad is None:
-            return MOST_OFF
-        return max(MOST_OFF, OFF_IN_EDGES * self.quad / surface.diagonal)
+            return SETTINGS.most_off
+        return max(SETTINGS.most_off, SETTINGS.most_off_edges * self.quad / surface.diagonal)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,23 +10,12 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.arguments import list_arguments
-from patterndb_sketch.retopo.draft.byparts import (
-    EDGES,
-    fill_as_placed,
-    propose_by_parts,
-)
-from patterndb_sketch.retopo.draft.checking import LEAST_EDGE
-from patterndb_sketch.retopo.draft.judging import POOR_QUAD, DraftJudge
-from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft
-from patterndb_sketch.retopo.draft.sharpedges import AUTOMATIC, SharpRule
-from patterndb_sketch.retopo.draft.task import (
-    IN_VAIN_BY_HALVES,
-    DraftBudget,
-    DraftGoal,
-    DraftRequest,
-    DraftTask,
-)
+from patterndb_sketch.retopo.draft.creases import AUTOMATIC, SharpRule
+from patterndb_sketch.retopo.draft.judging import Draft, DraftJudge
+from patterndb_sketch.retopo.draft.manifold import part_touching
+from patterndb_sketch.retopo.draft.parts import fill_as_placed, propose_by_parts
+from patterndb_sketch.retopo.draft.settings import SETTINGS
+from patterndb_sketch.retopo.draft.task import DraftBudget, DraftGoal, DraftRequest, DraftTask
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.faces import SurfaceParts
 from patterndb_sketch.retopo.network.structure import SYMMETRY
@@ -35,28 +24,13 @@ from patterndb_sketch.retopo.symmetry.half import Half
 from patterndb_sketch.retopo.tool import Control, Result, State, Tool, ToolWork
 from patterndb_sketch.retopo.wording import count_places, format_place, round_down, round_up
 
-#: Edges of a draft, in parts of the surface's diagonal, are no longer: they would leave no shape.
-MOST_EDGE = 0.15
-
-#: Lines are laid out as for no more than so many quads: more would divide finer, and no better.
-MOST_LAID = 2500
-
-#: Where a half has more poor quads in a thousand, the whole is tried, too. A plate with a hole has
-#: 13, and without symmetry 2; a koala has 7, and its symmetry is worth more than these.
-POOR_HALF = 10.0
-
-#: A number of quads is met within this share.
-NEAR_COUNT = 0.1
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _MadeDraft:
-    """A draft, the state without its network, and notes. creased: does it keep all creases?"""
+    """A draft, and the state without its network."""
 
-    made: ProposedDraft
+    made: Draft
     state: State
-    notes: tuple[str, ...]
-    creased: bool
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
@@ -82,19 +56,19 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     now = replace(best.state, network=best.made.network)
     if goal.quad is not None:
         now = replace(now, sizes=replace(now.sizes, edge=goal.quad))
-    return Result(now, (*notes, *best.notes, *_describe(best, asked.quads)))
+    return Result(now, (*notes, *best.made.notes, *_describe(best, asked.quads)))
 
 
 def _read_goal(work: ToolWork, asked: DraftRequest) -> tuple[State, DraftGoal]:
     """Read what is wanted; raises RefusedError for edges out of proportion."""
     state, surface = work.state, work.surface
-    low, high = LEAST_EDGE * surface.diagonal, MOST_EDGE * surface.diagonal
+    low, high = SETTINGS.least_edge * surface.diagonal, SETTINGS.most_edge * surface.diagonal
     quad: float | None = None
     edge = state.sizes.edge if asked.edge is None else asked.edge
     if asked.quads is not None:
         area = float(surface.areas.sum())
         quad = float(np.sqrt(area / asked.quads))
-        edge = min(max(quad, float(np.sqrt(area / MOST_LAID)), low), high)
+        edge = min(max(quad, float(np.sqrt(area / SETTINGS.most_laid)), low), high)
     if not low <= edge <= high:
         raise RefusedError(
             f"an edge of {edge:g} is out of proportion for a draft of this surface; "
@@ -125,19 +99,19 @@ class _Drafting:
             whole = self._draft_all(goal)
             return whole if why is None else _give_up_halves(whole, why)
         made = halves.made
-        poor = len(made.poor) > POOR_HALF * made.report.quads / 1000.0
+        poor = len(made.poor) > SETTINGS.poor_half * made.report.quads / 1000.0
         sound = made.sound or (made.nearly_sound and not goal.strict)
-        if sound and halves.creased and not poor:
+        if sound and made.creased and not poor:
             return halves
         try:
             whole = self._draft_all(goal)
         except RefusedError:
             return halves
-        if not _is_better(whole, halves, goal):
+        if not _is_better(whole.made, made, goal):
             return halves
         if not made.sound:
             lost = f"there would be {'; '.join(made.flaws)}"
-        elif halves.creased:
+        elif made.creased:
             lost = "there would be " + count_places("a poor quad", "poor quads", made.poor)
         else:
             lost = "sharp edges would be lost"
@@ -146,11 +120,12 @@ class _Drafting:
     def _draft_all(self, goal: DraftGoal) -> _MadeDraft:
         """Draft all that is worked on."""
         work, diagonal = self.work, self.work.surface.diagonal
-        low, high = LEAST_EDGE * diagonal, MOST_EDGE * diagonal
-        edges = tuple(times for times in EDGES if low <= times * self.state.sizes.edge <= high)
+        low, high = SETTINGS.least_edge * diagonal, SETTINGS.most_edge * diagonal
+        edges = tuple(
+            times for times in SETTINGS.edges if low <= times * self.state.sizes.edge <= high
+        )
         task = DraftTask(work.network, self.surface, self.state.sizes, work.source, work.half, goal)
-        found = propose_by_parts(task, edges, strict=self.asked.strict)
-        return _MadeDraft(found.made, self.state, found.notes, found.creased)
+        return _MadeDraft(propose_by_parts(task, edges, strict=self.asked.strict), self.state)
 
     def _draft_half(self, goal: DraftGoal) -> tuple[_MadeDraft | None, str | None]:
         """Draft one half; None where the surface has none, and where that is refused, with why."""
@@ -170,17 +145,16 @@ class _Drafting:
             seam = replace(seam, patches={})
             if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
                 return None, None
-            budget = DraftBudget(IN_VAIN_BY_HALVES)
+            budget = DraftBudget(SETTINGS.work_on_half)
             task = DraftTask(seam, half.surface, state.sizes, work.source, half, goal, budget)
-            by_parts = propose_by_parts(task)
+            made = propose_by_parts(task)
         except RefusedError as error:
             return None, str(error)
-        if not by_parts.made.sound and SurfaceParts.of(half.surface).parts > 1:
+        if not made.sound and SurfaceParts.of(half.surface).parts > 1:
             # It is of one part alone.
-            return None, f"there would be {'; '.join(by_parts.made.flaws)}"
-        notes = (f"symmetry is on: {found.describe()}", *by_parts.notes)
-        now = replace(state, plane=found.plane)
-        return _MadeDraft(by_parts.made, now, notes, by_parts.creased), None
+            return None, f"there would be {'; '.join(made.flaws)}"
+        notes = (f"symmetry is on: {found.describe()}", *made.notes)
+        return _MadeDraft(replace(made, notes=notes), replace(state, plane=found.plane)), None
 
     def fill_touching(self, draft: _MadeDraft, goal: DraftGoal) -> _MadeDraft:
         """Fill the draft of a surface that was parted on the surface as it is.
@@ -196,19 +170,19 @@ class _Drafting:
             return _fill_touching(self.work, _give_up_halves(whole, str(error)))
 
 
-def _is_better(one: _MadeDraft, other: _MadeDraft, goal: DraftGoal) -> bool:
+def _is_better(one: Draft, other: Draft, goal: DraftGoal) -> bool:
     """Is one draft better than another? A few flaws cost less than sharp edges do."""
-    if not goal.strict and one.made.nearly_sound != other.made.nearly_sound:
-        return one.made.nearly_sound
-    if not goal.strict and one.made.nearly_sound and one.creased != other.creased:
+    if not goal.strict and one.nearly_sound != other.nearly_sound:
+        return one.nearly_sound
+    if not goal.strict and one.nearly_sound and one.creased != other.creased:
         return one.creased
-    if one.made.sound != other.made.sound:
-        return one.made.sound
-    if not one.made.sound:
-        return one.made.rank < other.made.rank
+    if one.sound != other.sound:
+        return one.sound
+    if not one.sound:
+        return one.rank < other.rank
     if one.creased != other.creased:
         return one.creased
-    return one.made.price < other.made.price
+    return one.price < other.price
 
 
 def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
@@ -223,19 +197,19 @@ def _fill_touching(work: ToolWork, draft: _MadeDraft) -> _MadeDraft:
         surface = half.surface
     placed = draft.made.found.placed
     found = fill_as_placed(state.network, surface, work.source, state.sizes.edge, placed)
-    made = ProposedDraft.of(found, DraftJudge(surface, half))
+    made = Draft.of(found, DraftJudge(surface, half), draft.made.notes)
     if not made.sound:
         raise RefusedError(
             f"no draft: there would be {'; '.join(made.flaws) or 'regions without quads'}, where "
             "parts of the surface touch; part them, or draw by hand"
         )
-    return replace(draft, made=made)
+    return replace(draft, made=replace(made, creased=draft.made.creased))
 
 
 def _give_up_halves(whole: _MadeDraft, why: str) -> _MadeDraft:
     """A draft of the whole surface that says why it is not one of halves."""
     said = f"not by halves, though the surface is symmetric: {why}"
-    return replace(whole, notes=(said, *whole.notes))
+    return replace(whole, made=replace(whole.made, notes=(said, *whole.made.notes)))
 
 
 def _find_in_plane(surface: Surface, half: Half) -> Points:
@@ -256,13 +230,13 @@ def _describe(draft: _MadeDraft, wanted: int | None) -> tuple[str, ...]:
         f"{patches}, {report.quads} quads, "
         f"{sum(report.irregular.values())} irregular vertices, {off:.2g} % off at most"
     ]
-    if wanted is not None and abs(report.quads / wanted - 1.0) > NEAR_COUNT:
+    if wanted is not None and abs(report.quads / wanted - 1.0) > SETTINGS.near_count:
         more = report.quads > wanted
         why = "the least that its curves and patches need" if more else "the most that was found"
         said.append(f"{wanted} quads were asked for; {report.quads} are {why}")
     if len(poor := draft.made.poor):
         said.append(
-            f"a scaled Jacobian below {POOR_QUAD:g} has "
+            f"a scaled Jacobian below {SETTINGS.poor_quad:g} has "
             + count_places("a quad", "quads, the worst", poor)
         )
     return (*said, *draft.made.flaws)

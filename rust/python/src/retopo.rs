@@ -3,9 +3,9 @@
 use numpy::Complex64;
 use patterndb_geometry::Point;
 use patterndb_geometry::adjacency::{Edges, Surface};
-use patterndb_retopo::counts::cycles::{self, CycleGraph, Halves};
-use patterndb_retopo::counts::parity::{self, Sides};
-use patterndb_retopo::counts::{matching, regularity};
+use patterndb_retopo::counts::evening::{self, Sides};
+use patterndb_retopo::counts::walks::{self, Halves, WalkGraph};
+use patterndb_retopo::counts::{rules, tjoin};
 use patterndb_retopo::draft::crossfield::Laplacian;
 use patterndb_retopo::draft::remesh::{self, Collapse, Mesh};
 use patterndb_retopo::draft::tracing::{self, CrossField, Limits, LineSegment, Start};
@@ -37,7 +37,7 @@ fn tie_sides<'py>(
     least: Items<'py, i32>,
 ) -> Answered<'py> {
     compute!(py, first_side, first_chain, chains, pinned, least => {
-        parity::tie_sides(Sides { first_side, first_chain, chains }, pinned, least)
+        evening::tie_sides(Sides { first_side, first_chain, chains }, pinned, least)
     })
 }
 
@@ -47,27 +47,27 @@ fn find_irregular<'py>(
     first_side: Items<'py, i32>,
     lengths: Items<'py, i32>,
 ) -> Answered<'py> {
-    compute!(py, first_side, lengths => regularity::find_irregular(first_side, lengths))
+    compute!(py, first_side, lengths => rules::find_irregular(first_side, lengths))
 }
 
 #[pyfunction]
-fn is_regular<'py>(
+fn is_cheap<'py>(
     py: Python<'py>,
     lengths: Items<'py, i32>,
     low: usize,
     high: usize,
 ) -> Answered<'py> {
-    compute!(py, lengths => regularity::is_regular(&lengths[low..high]))
+    compute!(py, lengths => rules::is_cheap(&lengths[low..high]))
 }
 
 #[pyfunction]
 #[pyo3(name = "match")]
 fn match_vertices<'py>(py: Python<'py>, weights: Table<'py, i64>) -> Answered<'py> {
     let n = weights.shape()[0];
-    compute!(py, weights => matching::match_vertices(weights, n))
+    compute!(py, weights => tjoin::match_vertices(weights, n))
 }
 
-/// The arrays of a `CycleGraph` of Python that no kernel writes to.
+/// The arrays of a `WalkGraph` of Python that no kernel writes to.
 #[derive(FromPyObject)]
 struct HalfArrays<'py> {
     chain: Items<'py, i32>,
@@ -96,14 +96,14 @@ impl HalfArrays<'_> {
     }
 }
 
-/// The tables of a `CycleGraph` of Python, to write to.
+/// The tables of a `WalkGraph` of Python, to write to.
 #[derive(FromPyObject)]
 struct JudgedArrays<'py> {
     after: ItemsMut<'py, i8>,
     state: ItemsMut<'py, i8>,
 }
 
-/// The tables and costs of a `CycleGraph` of Python, to read.
+/// The tables and costs of a `WalkGraph` of Python, to read.
 #[derive(FromPyObject)]
 struct CostArrays<'py> {
     after: Items<'py, i8>,
@@ -122,30 +122,30 @@ fn judge_patches<'py>(
     let mut judged: JudgedArrays = graph.extract()?;
     let halves = halves.view();
     let (state, after) = (&mut *judged.state, &mut *judged.after);
-    compute!(py, lengths, patches => cycles::judge_patches(&halves, lengths, patches, state, after))
+    compute!(py, lengths, patches => walks::judge_patches(&halves, lengths, patches, state, after))
 }
 
 #[pyfunction]
-fn find_cycle<'py>(
+fn find_walk<'py>(
     py: Python<'py>,
     graph: Bound<'py, PyAny>,
     starts: Items<'py, i32>,
     begin: usize,
     most_steps: usize,
     regularity: f64,
-    mut cycle: RowsMut<'py, i32, 2>,
+    mut walk: RowsMut<'py, i32, 2>,
 ) -> Answered<'py> {
     let halves: HalfArrays = graph.extract()?;
     let costs: CostArrays = graph.extract()?;
-    let graph = CycleGraph {
+    let graph = WalkGraph {
         halves: halves.view(),
         after: &costs.after,
         state: &costs.state,
         step: &costs.step,
         regularity,
     };
-    let cycle = &mut *cycle;
-    compute!(py, starts => cycles::find_cycle(&graph, starts, begin, most_steps, cycle))
+    let walk = &mut *walk;
+    compute!(py, starts => walks::find_walk(&graph, starts, begin, most_steps, walk))
 }
 
 // Drafts.
@@ -758,10 +758,10 @@ fn sum_dots<'py>(
 
 pub fn add(parent: &Bound<'_, PyModule>) -> PyResult<()> {
     let module = &crate::add_module(parent, "counts")?;
-    add_functions!(module, "parity": tie_sides);
-    add_functions!(module, "regularity": find_irregular, is_regular);
-    add_functions!(module, "matching": match_vertices);
-    add_functions!(module, "cycles": judge_patches, find_cycle);
+    add_functions!(module, "evening": tie_sides);
+    add_functions!(module, "rules": find_irregular, is_cheap);
+    add_functions!(module, "tjoin": match_vertices);
+    add_functions!(module, "walks": judge_patches, find_walk);
     let module = &crate::add_module(parent, "draft")?;
     add_functions!(module, "crossfield": solve_laplacian);
     add_functions!(module, "remesh": split_long, mark_border, collapse_short, flip_to_valence,

@@ -1,6 +1,6 @@
 //! Counts of edges.
 
-pub mod cycles;
-pub mod matching;
-pub mod parity;
-pub mod regularity;
+pub mod evening;
+pub mod rules;
+pub mod tjoin;
+pub mod walks;

@@ -13,7 +13,7 @@ import trimesh
 import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.fieldmesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_patches
 from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh

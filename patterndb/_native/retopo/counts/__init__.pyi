@@ -1,4 +1,4 @@
-from . import cycles as cycles
-from . import matching as matching
-from . import parity as parity
-from . import regularity as regularity
+from . import evening as evening
+from . import rules as rules
+from . import tjoin as tjoin
+from . import walks as walks

@@ -19,15 +19,18 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.counts import choosing
-from patterndb_sketch.retopo.draft import byparts, handles, layout, proposing
-from patterndb_sketch.retopo.draft.checking import check_surface
-from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
+from patterndb_sketch.retopo.draft import layout, manifold, parts, proposing
+from patterndb_sketch.retopo.draft.crossfield import CrossField, FieldSolver
+from patterndb_sketch.retopo.draft.fieldmesh import remesh_evenly
 from patterndb_sketch.retopo.draft.frames import TangentFrames
-from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
-from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft
-from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.judging import Draft, DraftJudge
+from patterndb_sketch.retopo.draft.manifold import (
+    HandleLoop,
+    check_surface,
+    find_shortest_handle,
+    part_touching,
+)
+from patterndb_sketch.retopo.draft.settings import SETTINGS
 from patterndb_sketch.retopo.draft.task import DraftBudget, DraftTask
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -91,11 +94,8 @@ def dish() -> Surface:
 def field_of(make: Callable[[], Surface], merging: float = 0.0) -> CrossField:
     surface = make()
     vertices, triangles = remesh_evenly(surface, 0.03 * surface.diagonal)
-    return solve_field(
-        TangentFrames.of(Surface.from_arrays(vertices, triangles).orient()),
-        0.003,
-        merging * surface.diagonal,
-    )
+    mesh = TangentFrames.of(Surface.from_arrays(vertices, triangles).orient())
+    return FieldSolver(mesh, 0.003).solve(merging * surface.diagonal)
 
 
 @pytest.mark.parametrize("make", [sphere, torus, box, bean, dish])
@@ -484,19 +484,19 @@ def test_boxes_that_share_an_edge_are_drafted_closed(source: PatternSource) -> N
 def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> None:
     surface = sphere()
     sizes = Sizes.of(surface.diagonal)
-    field = solve_field(TangentFrames.of(surface), 0.0, 0.0)
+    field = FieldSolver(TangentFrames.of(surface), 0.0).solve(0.0)
     index = field.index.copy()
     one, two = field.singular[:2].tolist()
     index[[one, two]] = 3, -1
     empty = Network(longest=2.0 * surface.diagonal, surface=surface)
     needle = CrossField(field.mesh, field.angle, field.quarters, index)
     with pytest.raises(RefusedError, match="fewer than two lines") as refused:
-        layout.draft_network(empty, surface, sizes, proposing.SETTINGS[0], needle)
+        layout.lay_out(empty, surface, sizes, SETTINGS.fields[0], needle)
     assert format_place(field.mesh.vertices[one]) in str(refused.value)
 
 
 #: Drafts of the ball by their edges, which the cases of a test have in common.
-PROPOSED: dict[float, ProposedDraft] = {}
+PROPOSED: dict[float, Draft] = {}
 
 
 @pytest.mark.parametrize("first", ["flipped", "refused"])
@@ -509,9 +509,9 @@ def test_where_an_edge_will_not_do_others_are_taken_or_the_place_is_named(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     tried: list[float] = []
-    propose = byparts.propose_draft
+    propose = proposing.propose_draft
 
-    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+    def spoil(task: DraftTask, *more: Any) -> Draft:
         if task.sizes.edge not in PROPOSED:
             PROPOSED[task.sizes.edge] = propose(task, *more)
         made = PROPOSED[task.sizes.edge]
@@ -523,7 +523,7 @@ def test_where_an_edge_will_not_do_others_are_taken_or_the_place_is_named(
         rank = (*made.rank[:2], 2.0, *made.rank[3:])
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
-    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    monkeypatch.setattr(proposing, "propose_draft", spoil)
     editor = Retopology(sphere(), source)
     outcome = editor.do(Call("draft", {"edge": 0.3, "symmetry": False, "strict": strict}))
     np.testing.assert_allclose(tried, [0.3, 0.225, 0.39])
@@ -542,11 +542,9 @@ def test_where_an_edge_will_not_do_others_are_taken_or_the_place_is_named(
 def count_tries(monkeypatch: pytest.MonkeyPatch, spoilt: int) -> list[int]:
     """Have the first drafts of settings be off by a flipped quad; returns the quads of all."""
     tried: list[int] = []
-    of = ProposedDraft.of
+    of = Draft.of
 
-    def spoil(
-        found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()
-    ) -> ProposedDraft:
+    def spoil(found: FilledNetwork, judge: DraftJudge, notes: tuple[str, ...] = ()) -> Draft:
         made = of(found, judge, notes)
         tried.append(made.report.quads)
         if len(tried) > spoilt:
@@ -554,7 +552,7 @@ def count_tries(monkeypatch: pytest.MonkeyPatch, spoilt: int) -> list[int]:
         rank = (*made.rank[:2], 2.0, *made.rank[3:])
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
-    monkeypatch.setattr(ProposedDraft, "of", spoil)
+    monkeypatch.setattr(Draft, "of", spoil)
     return tried
 
 
@@ -567,11 +565,11 @@ def test_when_many_quads_were_made_in_vain_nothing_else_is_tried(
     network = Network(longest=2.0 * surface.diagonal, surface=surface)
     sizes = replace(Sizes.of(surface.diagonal), edge=0.08 * surface.diagonal)
     task = DraftTask(network, surface, sizes, source, budget=DraftBudget(most))
-    made = byparts.propose_by_parts(task, byparts.EDGES).made
+    made = parts.propose_by_parts(task, SETTINGS.edges)
     assert not made.sound
     # Of one edge there are settings whose fields differ, and there are three edges.
     assert (len(tried) == 1) == (most == 0.0)
-    assert most == 0.0 or len(tried) > len(byparts.EDGES)
+    assert most == 0.0 or len(tried) > len(SETTINGS.edges)
 
 
 def test_an_unsound_part_ends_the_draft_of_all(
@@ -583,20 +581,20 @@ def test_an_unsound_part_ends_the_draft_of_all(
     faces = np.concatenate([ball.faces + k * len(ball.vertices) for k in range(3)])
     surface = Surface.from_arrays(points, faces).orient()
     parts: list[int] = []
-    propose = byparts.propose_draft
+    propose = proposing.propose_draft
 
-    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+    def spoil(task: DraftTask, *more: Any) -> Draft:
         made = propose(task, *more)
         parts.append(len(task.surface.triangles))
         rank = (*made.rank[:2], 2.0, *made.rank[3:])
         return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
 
-    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    monkeypatch.setattr(proposing, "propose_draft", spoil)
     editor = Retopology(surface, source)
     outcome = editor.do(Call("draft", {"edge": 0.6, "symmetry": False, "strict": True}))
     assert outcome.refused is not None and "a flipped quad at (1, 2, 3)" in outcome.refused
     # The first part, by its three edges; the others never.
-    assert len(parts) == len(byparts.EDGES)
+    assert len(parts) == len(SETTINGS.edges)
 
 
 def test_patches_hold_the_places_that_they_had_on_another_surface(source: PatternSource) -> None:
@@ -606,11 +604,11 @@ def test_patches_hold_the_places_that_they_had_on_another_surface(source: Patter
         patch: replace(one, vertices=one.vertices + 1e-3 * one.normals)
         for patch, one in sorted(found.placed.items())[::2]
     }
-    held = byparts.fill_as_placed(found.network, editor.surface, source, 0.5, found.placed | moved)
+    held = parts.fill_as_placed(found.network, editor.surface, source, 0.5, found.placed | moved)
     for patch, one in held.placed.items():
         wanted = moved.get(patch, found.placed[patch]).vertices
         np.testing.assert_array_equal(one.vertices, wanted)
-    same = byparts.fill_as_placed(found.network, editor.surface, source, 0.5, found.placed)
+    same = parts.fill_as_placed(found.network, editor.surface, source, 0.5, found.placed)
     assert same.network is found.network
 
 
@@ -625,7 +623,7 @@ def test_a_spanning_tree_takes_each_pair_that_joins_what_those_before_it_do_not(
         if wanted[-1]:
             whole = group[a] | group[b]
             group |= dict.fromkeys(whole, whole)
-    assert handles._span_tree(np.array(pairs, np.int32)).tolist() == wanted
+    assert manifold._span_tree(np.array(pairs, np.int32)).tolist() == wanted
 
 
 def test_halves_of_parts_whose_seams_have_corners_are_drafted_part_by_part(
@@ -687,7 +685,7 @@ def test_chains_of_borders_are_shared_out_by_their_sides() -> None:
     parts = SurfaceParts.of(surface)
     assert parts.parts == 3
     network = add_borders(Network(longest=9.0), surface, 0.05)
-    shared = byparts.share_chains(network, surface, parts, 0.05)
+    shared = parts.share_chains(network, surface, parts, 0.05)
     assert sorted(shared.values()) == [0, 1, 2]
     for number, part in shared.items():
         middle = network.chains[number].points.mean(axis=0)

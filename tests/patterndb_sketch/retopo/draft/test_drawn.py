@@ -7,9 +7,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.draft.fieldmesh import cut_along_curves, remesh_evenly
 from patterndb_sketch.retopo.draft.frames import TangentFrames
-from patterndb_sketch.retopo.draft.imprint import cut_along_curves
-from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.fills import filling_of

@@ -11,14 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft.crossfield import solve_field
+from patterndb_sketch.retopo.draft.crossfield import FieldSolver
+from patterndb_sketch.retopo.draft.fieldmesh import remesh_evenly
 from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_surface
 from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.layout import draft_network
-from patterndb_sketch.retopo.draft.proposing import SETTINGS
-from patterndb_sketch.retopo.draft.remesh import remesh_evenly
-from patterndb_sketch.retopo.draft.task import REMESHED
+from patterndb_sketch.retopo.draft.layout import lay_out
+from patterndb_sketch.retopo.draft.settings import SETTINGS
 from patterndb_sketch.retopo.editor import Retopology
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -52,12 +51,12 @@ def laid(source: PatternSource) -> tuple[FilledNetwork, frozenset[int], Surface,
     surface = horned(0.5)
     sizes = Sizes.of(surface.diagonal)
     mesh = TangentFrames.of(
-        Surface.from_arrays(*remesh_evenly(surface, REMESHED * sizes.edge)).orient()
+        Surface.from_arrays(*remesh_evenly(surface, SETTINGS.field_edge * sizes.edge)).orient()
     )
     empty = Network(longest=2.0 * surface.diagonal, surface=surface)
-    setting = SETTINGS[0]
-    field = solve_field(mesh, setting.alignment, setting.merging * sizes.edge)
-    one = draft_network(empty, surface, sizes, setting, field)
+    setting = SETTINGS.fields[0]
+    field = FieldSolver(mesh, setting.alignment).solve(setting.merging * sizes.edge)
+    one = lay_out(empty, surface, sizes, setting, field)
     return fill_network(one.network, surface, source, sizes.edge), one.laid, surface, sizes
 
 

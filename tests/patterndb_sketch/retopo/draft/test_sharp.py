@@ -15,25 +15,23 @@ from hypothesis import strategies as st
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import scaled_jacobian
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.draft import byparts
-from patterndb_sketch.retopo.draft.assembly import InWedge
-from patterndb_sketch.retopo.draft.byparts import PartsDraft
-from patterndb_sketch.retopo.draft.creases import add_creases
-from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
-from patterndb_sketch.retopo.draft.judging import DraftJudge
-from patterndb_sketch.retopo.draft.proposing import WRONG, ProposedDraft, propose_draft
-from patterndb_sketch.retopo.draft.shapematching import match_squares
-from patterndb_sketch.retopo.draft.sharpedges import (
+from patterndb_sketch.retopo.draft import proposing
+from patterndb_sketch.retopo.draft.creases import (
     AUTOMATIC,
     SharpRule,
+    add_creases,
     count_degrees,
     drop_open_chains,
     find_border,
     find_sharp_edges,
     list_chains,
 )
+from patterndb_sketch.retopo.draft.fitting import match_squares
+from patterndb_sketch.retopo.draft.fixedcurves import FixedCurve
+from patterndb_sketch.retopo.draft.joints import Constraints, InWedge
+from patterndb_sketch.retopo.draft.judging import WRONG, Draft, DraftJudge
+from patterndb_sketch.retopo.draft.proposing import propose_draft
 from patterndb_sketch.retopo.draft.task import DraftGoal, DraftTask
-from patterndb_sketch.retopo.draft.walls import Walls
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import weld_patches
@@ -183,7 +181,7 @@ def test_a_place_next_to_a_node_is_on_the_curve_that_runs_there() -> None:
     made = add_creases(empty, surface, sizes, AUTOMATIC)
     assert made is not None
     network = made.network
-    walls = Walls(network, 0.35 * sizes.edge)
+    walls = Constraints(network, 0.35 * sizes.edge)
     for half in (2 * chain + side for chain in network.chains for side in (0, 1)):
         line, _ = network.chains[half >> 1].directed(half)
         node = network.nodes[network.origin(half)]
@@ -296,15 +294,15 @@ def test_what_of_a_part_cannot_be_drafted_costs_the_other_parts_nothing(
     one = box()
     points = np.concatenate([one.vertices, one.vertices + np.array([9.0, 0.0, 0.0])])
     triangles = np.concatenate([one.triangles, one.triangles + len(one.vertices)])
-    propose = byparts.propose_draft
+    propose = proposing.propose_draft
 
-    def refuse_first(task: DraftTask, *more: Any) -> ProposedDraft:
+    def refuse_first(task: DraftTask, *more: Any) -> Draft:
         first = task.surface.vertices[task.surface.triangles].mean() < 2.0
         if first and (refused == "all" or task.goal.sharp is not None):
             raise RefusedError("no draft: not at (1, 2, 3)")
         return propose(task, *more)
 
-    monkeypatch.setattr(byparts, "propose_draft", refuse_first)
+    monkeypatch.setattr(proposing, "propose_draft", refuse_first)
     editor = Retopology(Surface.from_arrays(points, triangles).orient(), source)
     outcome = editor.do(Call("draft", {"quads": 400, "symmetry": False, "strict": strict}))
     if refused == "all" and strict:
@@ -333,15 +331,15 @@ def test_creases_are_worth_a_few_flaws_unless_all_is_to_be_sound(
     off: float, strict: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     surface = box()
-    propose = byparts.propose_draft
+    propose = proposing.propose_draft
 
-    def spoil(task: DraftTask, *more: Any) -> ProposedDraft:
+    def spoil(task: DraftTask, *more: Any) -> Draft:
         made = propose(task, *more)
         if task.goal.sharp is None:
             return made
         return replace(made, rank=(0, 0, 1, off, *made.rank[WRONG:]), flaws=("a flaw",))
 
-    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    monkeypatch.setattr(proposing, "propose_draft", spoil)
     editor = Retopology(surface, source)
     outcome = editor.do(Call("draft", {"quads": 200, "symmetry": False, "strict": strict}))
     assert outcome.changed
@@ -359,13 +357,13 @@ def test_the_whole_is_drafted_where_a_half_has_poor_quads_and_is_taken_if_it_is_
     propose = draft.propose_by_parts
     halves: list[bool] = []
 
-    def spoil(task: DraftTask, *more: Any, **named: Any) -> PartsDraft:
+    def spoil(task: DraftTask, *more: Any, **named: Any) -> Draft:
         one = propose(task, *more, **named)
         halves.append(task.half is not None)
         if poor == "none" or (poor == "half" and task.half is None):
             return one
         n = 50 if task.half is not None else 90
-        return replace(one, made=replace(one.made, poor=np.full((n, 3), 7.0)))
+        return replace(one, poor=np.full((n, 3), 7.0))
 
     monkeypatch.setattr(draft, "propose_by_parts", spoil)
     editor = Retopology(box(), source)
@@ -409,8 +407,8 @@ def test_what_is_open_or_tangled_is_a_flaw_with_its_place(source: PatternSource)
     assert flaw.startswith("no quads in a patch at (")
     place = np.array([float(word) for word in flaw[flaw.index("(") + 1 : -1].split(", ")])
     assert np.linalg.norm(gone.vertices - place, axis=1).min() < 2.0
-    made = ProposedDraft.of(holed, judge)
-    assert not made.sound and ProposedDraft.of(found, judge).sound
+    made = Draft.of(holed, judge)
+    assert not made.sound and Draft.of(found, judge).sound
 
 
 @given(st.floats(1e-12, 1e12), st.integers(1, 6))

@@ -8,16 +8,16 @@ def judge_patches(graph: CycleGraph, lengths: Int32Array, patches: Int32Array) -
     lengths: (s,) int32 of all sides; left as they are.
     """
 
-def find_cycle(
+def find_walk(
     graph: CycleGraph,
     starts: Int32Array,
     begin: int,
     most_steps: int,
     regularity: float,
-    cycle: Int32Array,
+    walk: Int32Array,
 ) -> tuple[int, int, float]:
-    """Find the first cycle that gains, from any of the halves ``starts``, from place begin on.
+    """Find the first walk that gains, from any of the halves ``starts``, from place begin on.
 
-    cycle: (w, 2) int32 with w > most_steps + 1, gets chains and their changes. Returns how many
-    there are, 0 where no cycle gains; the place of the start looked at last; and the gain.
+    walk: (w, 2) int32 with w > most_steps + 1, gets chains and their changes. Returns how many
+    there are, 0 where no walk gains; the place of the start looked at last; and the gain.
     """

@@ -10,5 +10,5 @@ def find_irregular(first_side: Int32Array, lengths: Int32Array) -> NDArray[np.bo
     lengths: of all sides; those of patch f are first_side[f] to first_side[f + 1].
     """
 
-def is_regular(lengths: Int32Array, low: int, high: int) -> bool:
+def is_cheap(lengths: Int32Array, low: int, high: int) -> bool:
     """:func:`has_regular_fill` of lengths[low:high]."""

@@ -1,6 +1,6 @@
-//! Improving cycles: closed paths across chains, each of them one edge more or fewer.
+//! Walks: closed ways across chains, each of them one edge more or fewer, that make counts better.
 //!
-//! A way through a patch changes two of its chains by 1, so that it stays even. A cycle is closed, or
+//! A way through a patch changes two of its chains by 1, so that it stays even. A walk is closed, or
 //! comes from outside and goes back there. It visits no patch twice, so that what it gains is the
 //! sum over its steps, and it is found as a shortest path of negative length. Of a cyclic sequence
 //! with a negative sum some rotation has negative sums from its beginning to every place (Lin and
@@ -9,11 +9,11 @@
 use std::collections::VecDeque;
 use std::iter;
 
-use super::regularity::is_regular;
+use super::rules::is_cheap;
 
 /// What a patch is after a change: it has a regular fill, it has none, or it may not be so. Also in
-/// patterndb_sketch.retopo.counts.cycles.
-const REGULAR: i8 = 0;
+/// patterndb_sketch.retopo.counts.walks.
+const CHEAP: i8 = 0;
 const IRREGULAR: i8 = 1;
 const FORBIDDEN: i8 = 2;
 
@@ -114,16 +114,12 @@ pub fn judge_patches(
 }
 
 fn judge(lengths: &[i32]) -> i8 {
-    if is_regular(lengths) {
-        REGULAR
-    } else {
-        IRREGULAR
-    }
+    if is_cheap(lengths) { CHEAP } else { IRREGULAR }
 }
 
-/// What cycles are searched in.
+/// What walks are searched in.
 #[derive(Clone, Copy, Debug)]
-pub struct CycleGraph<'a> {
+pub struct WalkGraph<'a> {
     /// Chains and patches.
     pub halves: Halves<'a>,
     /// See [`judge_patches`].
@@ -141,7 +137,7 @@ pub struct CycleGraph<'a> {
 /// As the label of a search it is a way into the half's patch; the number after all is the outside.
 type Change = usize;
 
-impl CycleGraph<'_> {
+impl WalkGraph<'_> {
     /// Return what the patch of a changed half is if each of its halves is changed too: fewer, more.
     fn judged(&self, change: Change) -> &[[i8; 2]] {
         let halves = &self.halves;
@@ -188,19 +184,19 @@ impl CycleGraph<'_> {
     }
 }
 
-/// Find the first cycle that gains, from any of the halves `starts`, from place `begin` on.
+/// Find the first walk that gains, from any of the halves `starts`, from place `begin` on.
 ///
-/// `cycle`, of more than `most_steps + 1` rows, gets chains and their changes. Returns how many there
-/// are, 0 where no cycle gains; the place of the start looked at last; and the gain.
-pub fn find_cycle(
-    graph: &CycleGraph,
+/// `walk`, of more than `most_steps + 1` rows, gets chains and their changes. Returns how many there
+/// are, 0 where no walk gains; the place of the start looked at last; and the gain.
+pub fn find_walk(
+    graph: &WalkGraph,
     starts: &[i32],
     begin: usize,
     most_steps: usize,
-    cycle: &mut [[i32; 2]],
+    walk: &mut [[i32; 2]],
 ) -> (usize, usize, f64) {
     let halves = &graph.halves;
-    let mut search = Search::new(graph, most_steps, cycle);
+    let mut search = Search::new(graph, most_steps, walk);
     for (place, &half) in starts.iter().enumerate().skip(begin) {
         let half = half as usize;
         for more in 0..2 {
@@ -213,7 +209,7 @@ pub fn find_cycle(
                     2
                 };
                 let by = if more == 1 { by } else { -by };
-                search.cycle[0] = [halves.chain[half], by];
+                search.walk[0] = [halves.chain[half], by];
                 return (1, place, gain);
             }
             if graph.price_step(root).is_infinite() {
@@ -227,12 +223,12 @@ pub fn find_cycle(
     (0, starts.len(), 0.0)
 }
 
-/// Searches for cycles, one root after another, and what each has found out about ways into patches
+/// Searches for walks, one root after another, and what each has found out about ways into patches
 /// and to the outside: its labels.
 struct Search<'a> {
-    graph: &'a CycleGraph<'a>,
+    graph: &'a WalkGraph<'a>,
     most_steps: u32,
-    cycle: &'a mut [[i32; 2]],
+    walk: &'a mut [[i32; 2]],
     /// Of each label the search that wrote it, from 1 on.
     stamp: Vec<u32>,
     /// What the way there costs.
@@ -246,7 +242,7 @@ struct Search<'a> {
     queue: VecDeque<usize>,
     /// The halves at the rim.
     rim: Vec<usize>,
-    /// The patches of a cycle that is followed back.
+    /// The patches of a walk that is followed back.
     seen: Vec<i32>,
 }
 
@@ -262,14 +258,14 @@ struct Passage {
 }
 
 impl<'a> Search<'a> {
-    fn new(graph: &'a CycleGraph<'a>, most_steps: usize, cycle: &'a mut [[i32; 2]]) -> Search<'a> {
+    fn new(graph: &'a WalkGraph<'a>, most_steps: usize, walk: &'a mut [[i32; 2]]) -> Search<'a> {
         let n_halves = graph.halves.chain.len();
         let n_labels = 2 * n_halves + 1;
         let halves = 0..n_halves;
         Search {
             graph,
             most_steps: most_steps as u32,
-            cycle,
+            walk,
             stamp: vec![0; n_labels],
             length: vec![0.0; n_labels],
             before: vec![0; n_labels],
@@ -287,7 +283,7 @@ impl<'a> Search<'a> {
         self.stamp.len() - 1
     }
 
-    /// Search from a root: the length of the cycle that gains, and the gain; None where none does.
+    /// Search from a root: the length of the walk that gains, and the gain; None where none does.
     fn run(&mut self, root: Change, stamp: u32) -> Option<(usize, f64)> {
         self.length[root] = 0.0;
         self.before[root] = NONE;
@@ -377,7 +373,7 @@ impl<'a> Search<'a> {
         None
     }
 
-    /// Take a step of a way: return a cycle that closes and gains.
+    /// Take a step of a way: return a walk that closes and gains.
     fn pass(&mut self, passage: &Passage, root: Change, stamp: u32) -> Option<(usize, f64)> {
         let &Passage {
             at,
@@ -386,7 +382,7 @@ impl<'a> Search<'a> {
             reached,
         } = passage;
         if target == root {
-            let found = self.retrace_cycle(at, change);
+            let found = self.retrace_walk(at, change);
             return found.filter(|&(_, gain)| gain > GAIN);
         }
         let known = self.stamp[target] == stamp;
@@ -426,17 +422,17 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// Write the cycle that closes by a change: how many chains, and the gain; None if it is not one.
+    /// Write the walk that closes by a change: how many chains, and the gain; None if it is not one.
     ///
     /// It is followed back afresh, as labels on the way may have changed since.
-    fn retrace_cycle(&mut self, last: usize, change: Change) -> Option<(usize, f64)> {
+    fn retrace_walk(&mut self, last: usize, change: Change) -> Option<(usize, f64)> {
         let (graph, outside) = (self.graph, self.outside());
         let mut cost = 0.0;
         let (mut at, mut leaving) = (last, change);
         self.seen.clear();
         loop {
             let n = self.seen.len();
-            if n == self.cycle.len() {
+            if n == self.walk.len() {
                 return None;
             }
             let patch = if at == outside {
@@ -445,12 +441,12 @@ impl<'a> Search<'a> {
                 graph.halves.patch[at / 2]
             };
             let chain = graph.halves.chain[leaving / 2];
-            let mut before = self.seen.iter().zip(&*self.cycle);
-            if before.any(|(&place, passed)| place == patch || passed[0] == chain) {
+            let mut before = self.seen.iter().zip(&*self.walk);
+            if before.any(|(&place, walked)| place == patch || walked[0] == chain) {
                 return None;
             }
             self.seen.push(patch);
-            self.cycle[n] = [chain, 2 * (leaving % 2) as i32 - 1];
+            self.walk[n] = [chain, 2 * (leaving % 2) as i32 - 1];
             cost += graph.price_step(leaving);
             if at != outside {
                 cost += graph.price_passage(at, leaving);
@@ -489,28 +485,28 @@ mod tests {
     #[test]
     fn patches_are_judged_after_each_two_changes() {
         let (state, after) = judged(&[1, 1, 1, 1]);
-        assert_eq!(state, [REGULAR]);
+        assert_eq!(state, [CHEAP]);
         // Both ways round opposite sides, one edge more.
-        assert_eq!(after[8 + 5], REGULAR);
-        assert_eq!(after[5 * 8 + 1], REGULAR);
+        assert_eq!(after[8 + 5], CHEAP);
+        assert_eq!(after[5 * 8 + 1], CHEAP);
         assert_eq!(after[8 + 3], IRREGULAR);
         assert_eq!(after[0], FORBIDDEN);
     }
 
     #[test]
-    fn a_strip_across_a_patch_is_a_cycle() {
+    fn a_strip_across_a_patch_is_a_walk() {
         let (state, after) = judged(&[2, 1, 2, 1]);
         let up = [f64::INFINITY, 1.0, -1.0, 0.5];
-        let graph = CycleGraph {
+        let graph = WalkGraph {
             halves: QUAD,
             after: &after,
             state: &state,
             step: &[up, [f64::INFINITY; 4], up, [f64::INFINITY; 4]],
             regularity: 10.0,
         };
-        let mut cycle = [[0; 2]; 8];
-        let found = find_cycle(&graph, &[0, 1, 2, 3], 0, 6, &mut cycle);
+        let mut walk = [[0; 2]; 8];
+        let found = find_walk(&graph, &[0, 1, 2, 3], 0, 6, &mut walk);
         assert_eq!(found, (2, 0, 2.0));
-        assert_eq!(cycle[..2], [[0, 1], [2, 1]]);
+        assert_eq!(walk[..2], [[0, 1], [2, 1]]);
     }
 }

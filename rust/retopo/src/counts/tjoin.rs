@@ -121,7 +121,7 @@ impl Forest {
         }
         for v in 0..self.n {
             if self.label[self.top[v]] == Label::Even {
-                self.relax_edges(v);
+                self.offer(v);
             }
         }
         loop {
@@ -129,7 +129,7 @@ impl Forest {
             self.change_duals(step);
             let v = match event {
                 Event::Spent(blossom) => {
-                    self.expand_blossom(blossom);
+                    self.open_up(blossom);
                     continue;
                 }
                 Event::Tight(v) => v,
@@ -223,8 +223,8 @@ impl Forest {
         found
     }
 
-    /// Relax the edges from an even vertex u to all vertices of other nodes.
-    fn relax_edges(&mut self, u: usize) {
+    /// Offer the even vertex u to all vertices of other nodes.
+    fn offer(&mut self, u: usize) {
         let (n, within, dual) = (self.n, self.top[u], self.dual[u]);
         let row = &self.weight[n * u..n * u + n];
         for (v, weight) in row.iter().enumerate() {
@@ -245,7 +245,7 @@ impl Forest {
         self.label[node] = Label::Even;
         for v in 0..self.n {
             if self.top[v] == node {
-                self.relax_edges(v);
+                self.offer(v);
             }
         }
     }
@@ -378,7 +378,7 @@ impl Forest {
             }
         }
         for w in were_odd {
-            self.relax_edges(w);
+            self.offer(w);
         }
     }
 
@@ -396,7 +396,7 @@ impl Forest {
     }
 
     /// Dissolve an odd blossom without surplus: its kids are top nodes again.
-    fn expand_blossom(&mut self, b: usize) {
+    fn open_up(&mut self, b: usize) {
         let [mut before, mut inside] = self.entry[b];
         let mut j = self.kid_with(b, inside);
         let Blossom { kids, links, .. } = mem::take(&mut self.blossoms[b - self.n]);

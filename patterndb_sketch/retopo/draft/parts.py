@@ -1,4 +1,4 @@
-"""Draft a surface part by part: what does not hang together has nothing to do with each other.
+"""Draft a surface part by part: parts that do not hang together do not affect each other.
 
 Eyes, buttons and laces lie close to bodies, or within them. Each part is a surface of its own, so
 that no line goes over to another, and gets the setting that suits it; the networks of all parts
@@ -8,7 +8,7 @@ together are the draft.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,74 +17,31 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import Surface
 from patterndb.system.progress import report_progress
-from patterndb_sketch.retopo.draft.assembly import RoundRegionError
-from patterndb_sketch.retopo.draft.checking import LEAST_EDGE, LaceError
-from patterndb_sketch.retopo.draft.creases import find_creases
-from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
-from patterndb_sketch.retopo.draft.proposing import TRIED, WRONG, ProposedDraft, propose_draft
-from patterndb_sketch.retopo.draft.sharpedges import (
-    drop_open_chains,
-    find_border,
-    find_sharp_edges,
-)
-from patterndb_sketch.retopo.draft.task import MOST_IN_VAIN, DraftBudget, DraftGoal, DraftTask
+from patterndb_sketch.retopo.draft.judging import WRONG, Draft, DraftJudge
+from patterndb_sketch.retopo.draft.proposing import propose_by_creases
+from patterndb_sketch.retopo.draft.settings import SETTINGS
+from patterndb_sketch.retopo.draft.task import DraftTask
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import (
-    FilledNetwork,
-    PlacedPatch,
-    fill_network,
-    filling_of,
-)
+from patterndb_sketch.retopo.filling import FilledNetwork, PlacedPatch, fill_network, filling_of
 from patterndb_sketch.retopo.network import Chain, Network, set_choice
 from patterndb_sketch.retopo.network.faces import SurfaceParts, find_joined_chains
 from patterndb_sketch.retopo.symmetry import Half
 from patterndb_sketch.retopo.wording import format_place
 from query.engine import PatternSource
 
-#: Of more parts all are drafted at once: each takes a tenth of a second by itself.
-MOST_PARTS = 100
-
-#: Drafts of a part with edges so many times as long are made, until one is sound: finer ones find
-#: their way round what is small, coarser ones leave it out.
-EDGES = (1.0, 0.75, 1.3)
-
-#: A part with a thin handle gets edges that close around it, unless it would have more quads than
-#: so many times what the whole surface has with edges as asked for.
-MOST_QUADS = 1.8
-
-#: Where a part is left open, so much of the budget is left to the other parts at least.
-LEFT_TO_OTHERS = 0.25 * MOST_IN_VAIN
-
 #: What is nearer than this part of the diagonal is at the same place: more than rounding, less
 #: than the flat parts of an edge.
 SAME_PLACE = 1e-9
 
-#: Of a part with no more than this share of the surface's area the first sound draft is taken, and
-#: such edges are tried, too: what is thin, as buttons are, has quads around its rim then.
-SMALL, FINER = 0.03, (0.5, 0.35)
 
 #: Borders of two parts may lie on each other, in opposite directions: where one runs counts as
 #: much as being this part of a sampling away.
 DIRECTED = 1.0
 
 
-#: Quads of unsound drafts with creases, after which creases are tried no further: where they are
-#: noise they must not cost much more than the draft without them.
-CREASES_IN_VAIN = 600
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PartsDraft:
-    """A draft of all parts, and notes of how it came. creased: does it keep all creases?"""
-
-    made: ProposedDraft
-    notes: tuple[str, ...]
-    creased: bool = True
-
-
 def propose_by_parts(
-    task: DraftTask, edges: Sequence[float] = EDGES[:1], *, strict: bool = True
-) -> PartsDraft:
+    task: DraftTask, edges: Sequence[float] = SETTINGS.edges[:1], *, strict: bool = True
+) -> Draft:
     """Propose the best draft of every part; see :func:`propose_draft`, also for what is refused.
 
     edges: in target edges, that are tried in this order until a draft of the part is sound.
@@ -93,13 +50,13 @@ def propose_by_parts(
     kept as go: all, closed ones, none.
     Where curves are drawn, and where there are very many parts, all are drafted at once.
     """
-    with report_progress("drafting" if task.half is None else "drafting one half") as tell:
+    with report_progress("drafting" if task.half is None else "drafting one half") as progress:
         parts = SurfaceParts.of(task.surface)
         network = task.network
         bare = all(chain.marked for chain in network.chains.values()) and not network.patches
-        if not bare or not 1 < parts.parts <= MOST_PARTS:
-            return _propose_by_creases(task, edges, 1.0, tell)
-        return _propose_all(task, parts, edges, strict, tell)
+        if not bare or not 1 < parts.parts <= SETTINGS.most_parts:
+            return propose_by_creases(task, edges, 1.0, progress)
+        return _propose_all(task, parts, edges, strict, progress)
 
 
 def _propose_all(
@@ -107,8 +64,8 @@ def _propose_all(
     parts: SurfaceParts,
     edges: Sequence[float],
     strict: bool,
-    tell: Callable[[float], None],
-) -> PartsDraft:
+    progress: Callable[[float], None],
+) -> Draft:
     network, surface, half = task.network, task.surface, task.half
     notes: list[str] = []
     alone: dict[int, PlacedPatch] = {}
@@ -133,44 +90,43 @@ def _propose_all(
             surface=part,
         )
         share = float(part.areas.sum()) / total
-        tell(done)
+        progress(done)
         done += share
         try:
             of_part = replace(task, network=begun, surface=part, half=half_part)
-            one = _propose_by_creases(of_part, edges, share)
+            one = propose_by_creases(of_part, edges, share)
         except RefusedError as error:
             if strict:
                 raise
             middle = part.vertices[part.triangles].mean(axis=(0, 1))
             notes.append(f"the part around {format_place(middle)} is left open: {error}")
             # The other parts are still to be tried.
-            task.budget.left = max(task.budget.left, LEFT_TO_OTHERS)
+            task.budget.left = max(task.budget.left, SETTINGS.work_left)
             continue
-        made = one.made
-        if (
-            strict
-            and not made.sound
-            and not _may_be_covered(made, part, half_part, surface, parts.part == k)
-        ):
-            # With it nothing is sound, whatever the other parts come to.
-            return PartsDraft(made, (*notes, *one.notes), creased and one.creased)
         notes += one.notes
         creased = creased and one.creased
-        alone |= made.found.placed
+        if (
+            strict
+            and not one.sound
+            and not _may_be_covered(one, part, half_part, surface, parts.part == k)
+        ):
+            # With it nothing is sound, whatever the other parts come to.
+            return replace(one, notes=tuple(notes), creased=creased)
+        alone |= one.found.placed
         for kept, now in ((chains, begun.chains), (nodes, begun.nodes)):
             for number in now:
                 del kept[number]
-        nodes |= made.network.nodes
-        chains |= made.network.chains
-        patches |= made.network.patches
-        next_id = made.network.next_id
+        nodes |= one.network.nodes
+        chains |= one.network.chains
+        patches |= one.network.patches
+        next_id = one.network.next_id
     if not patches:
         raise RefusedError("no part of the surface could be drafted: " + "; ".join(notes))
     together = replace(network, nodes=nodes, chains=chains, patches=patches, next_id=next_id)
     # As the editor will fill it.
     found = fill_as_placed(together, surface, task.source, task.sizes.edge, alone)
     judge = DraftJudge(surface, half, task.goal.allow_off(surface))
-    return PartsDraft(ProposedDraft.of(found, judge), tuple(notes), creased)
+    return replace(Draft.of(found, judge, tuple(notes)), creased=creased)
 
 
 def fill_as_placed(
@@ -202,7 +158,7 @@ def fill_as_placed(
 
 
 def _may_be_covered(
-    made: ProposedDraft, part: Surface, half: Half | None, surface: Surface, own: NDArray[np.bool_]
+    made: Draft, part: Surface, half: Half | None, surface: Surface, own: NDArray[np.bool_]
 ) -> bool:
     """Is all that is wrong with a draft of a part that it is off, where other parts are near?
     Then the draft of all may be near enough."""
@@ -214,102 +170,7 @@ def _may_be_covered(
     if half is not None:
         at = np.concatenate([at, half.plane.mirror(at)])
     off = np.linalg.norm(others.nearest(at).points - at, axis=1).min()
-    return bool(off <= MOST_OFF * surface.diagonal)
-
-
-def _propose_by_creases(
-    task: DraftTask,
-    edges: Sequence[float],
-    share: float,
-    tell: Callable[[float], None] | None = None,
-) -> PartsDraft:
-    """Return the first draft that is sound with as many creases as go, or the best; see
-    :func:`_propose_by_edges`."""
-    notes: list[str] = []
-    tried: list[PartsDraft] = []
-    for goal in _list_goals(task, share):
-        budget = DraftBudget(min(CREASES_IN_VAIN, task.budget.left))
-        try:
-            one = _propose_by_edges(replace(task, goal=goal, budget=budget), edges, share, tell)
-        except RefusedError as error:
-            notes.append(f"sharp edges are not all kept: {error}")
-            continue
-        one = replace(one, notes=(*notes, *one.notes), creased=not notes)
-        if one.made.sound or (one.made.nearly_sound and not goal.strict):
-            return one
-        tried.append(one)
-        notes.append(f"sharp edges are not all kept: there would be {'; '.join(one.made.flaws)}")
-    without = replace(task, goal=replace(task.goal, sharp=None))
-    try:
-        bare = _propose_by_edges(without, edges, share, tell)
-    except RefusedError:
-        if not tried:
-            raise
-        return min(tried, key=lambda one: one.made.rank)
-    tried.append(replace(bare, notes=(*notes, *bare.notes), creased=not notes))
-    return tried[-1] if bare.made.sound else min(tried, key=lambda one: one.made.rank)
-
-
-def _list_goals(task: DraftTask, share: float) -> list[DraftGoal]:
-    """List the goals with creases, as far as they differ on the task's surface.
-
-    share: of the part in the whole surface's area; on small ones edges may become finer."""
-    goal = task.goal
-    if goal.sharp is None:
-        return []
-    if share <= SMALL:
-        edges = find_sharp_edges(task.surface, FINER[-1] * task.sizes.edge, goal.sharp)
-    else:
-        edges = find_creases(task.surface, task.sizes.edge, goal.sharp)
-    closed = drop_open_chains(edges, find_border(task.surface))
-    goals = [goal] if edges else []
-    return [*goals, replace(goal, closed=True)] if closed and closed != edges else goals
-
-
-def _propose_by_edges(
-    task: DraftTask,
-    edges: Sequence[float],
-    share: float,
-    tell: Callable[[float], None] | None = None,
-) -> PartsDraft:
-    """Return the first draft that is sound, with edges of several lengths, or the best.
-
-    share: of the part in the whole surface's area."""
-    sizes, diagonal = task.sizes, task.surface.diagonal
-    best: PartsDraft | None = None
-    why: RefusedError | None = None
-    bare = all(chain.marked for chain in task.network.chains.values())
-    left, enough = list(edges), TRIED
-    if share <= SMALL:
-        left += [times for times in FINER if times * sizes.edge >= LEAST_EDGE * diagonal]
-        enough = 1
-    while left and not (task.budget.spent and (best or why)):
-        times = left.pop(0)
-        tried = replace(sizes, edge=times * sizes.edge)
-        try:
-            made = propose_draft(replace(task, sizes=tried), enough, tell)
-        except RefusedError as error:
-            if why is None and isinstance(error, LaceError):
-                finer = error.edge / sizes.edge
-                if share <= MOST_QUADS * finer**2:
-                    left = [finer]
-            why = error if why is None else why
-            if best is None and isinstance(error, RoundRegionError) and not bare:
-                # Around what is drawn; other edges have it, too.
-                raise
-            continue
-        if best is None or made.rank < best.made.rank:
-            notes = made.notes
-            if times != edges[0]:
-                flaws = str(why) if best is None else f"there would be {'; '.join(best.made.flaws)}"
-                notes = (f"edges are {times:.2g} times as long as asked for: else {flaws}", *notes)
-            best = PartsDraft(made, notes)
-        if made.sound:
-            break
-    if best is None:
-        assert why is not None
-        raise why
-    return best
+    return bool(off <= SETTINGS.most_off * surface.diagonal)
 
 
 def _list_parts(
@@ -331,7 +192,7 @@ def _list_parts(
         for at, facing in ((own, up), images):
             feet = half.whole.nearest_facing(at, facing)
             # What is on one side alone has no image, and is near to nothing beyond.
-            there = np.linalg.norm(feet.points - at, axis=1) <= MOST_OFF * surface.diagonal
+            there = np.linalg.norm(feet.points - at, axis=1) <= SETTINGS.most_off * surface.diagonal
             if there.any():
                 near.add(int(np.bincount(whole.part[feet.triangles[there]]).argmax()))
         both, _ = take_triangles(half.whole, np.isin(whole.part, sorted(near)))

@@ -1,18 +1,30 @@
-"""Borders, the seam of symmetry and curves that are drawn: chains that a network has before
-anything is drafted, and on which lines end."""
+"""Where lines of a field begin and end: at singularities, on other lines, on curves of the network.
+
+The network's own curves are borders, the seam of symmetry, creases and what is drawn: chains that
+it has before anything is drafted.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from patterndb.geometry.points import Floats, Points, units
-from patterndb_sketch.retopo.draft.assembly import BEYOND, InWedge, OnWall
+from patterndb_sketch.retopo.draft.crossfield import CrossField
+from patterndb_sketch.retopo.draft.tracing import Starts
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network import Chain, HalfChain, Network, find_nearest_place
+from patterndb_sketch.retopo.network import (
+    Chain,
+    HalfChain,
+    Network,
+    find_nearest_place,
+)
 from patterndb_sketch.retopo.network.samples import Samples, take_chain_samples
+
+#: What is on the right of a wall comes after all that is on its left: no vertex has more triangles.
+BEYOND = 1e6
 
 #: Lines end no nearer to the end of a chain than so many of its samples.
 OFF_ENDS = 0.25
@@ -25,8 +37,46 @@ NEARLY = 1e-6
 FAR = 1e3
 
 
+@dataclass(frozen=True, slots=True)
+class AtSingularity:
+    """A node at a vertex of the field's mesh; order: where around it, counter-clockwise."""
+
+    vertex: int
+    order: float
+
+
+@dataclass(frozen=True, slots=True)
+class OnLine:
+    """A T-junction on another line, ``there`` along it, met from its left or its right."""
+
+    line: int
+    there: float
+    left: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OnChain:
+    """A node on a chain that the network has already, at a place in samples; order: of those at
+    one place, counter-clockwise on their side."""
+
+    chain: int
+    place: float
+    left: bool
+    order: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class InWedge:
+    """A node that the network has already, in the wedge on the left of one of its ends; order: of
+    those in one wedge, counter-clockwise."""
+
+    node: int
+    half: HalfChain
+    order: float = 0.0
+
+
 @dataclass(frozen=True, eq=False)
-class Walls:
+class Constraints:
     """network: what is there. snap: what is nearer than this to a node that a drawn curve ends in
     is at the node."""
 
@@ -67,7 +117,7 @@ class Walls:
         after[last] = np.where(of.is_closed_loop, first, last)
         return of.points, of.points[after] - of.points
 
-    def find_place(self, point: Points, ahead: Points, middle: Points) -> OnWall | InWedge:
+    def find_place(self, point: Points, ahead: Points, middle: Points) -> OnChain | InWedge:
         """The place nearest to a point (3,) of a side of the field's mesh, where a chain runs along
         its direction (3,) or against it: of two borders that nearly touch, the one that is meant.
 
@@ -84,9 +134,9 @@ class Walls:
         found = find_nearest_place(of, point, of.normals[near], np.inf)
         assert found is not None
         chain = self.network.chains[found.chain]
-        return OnWall(chain.id, _keep_off_ends(chain, found.place), chain.marks[0] == "")
+        return OnChain(chain.id, _keep_off_ends(chain, found.place), chain.marks[0] == "")
 
-    def _find_drawn(self, point: Points, ahead: Points, middle: Points) -> OnWall | InWedge:
+    def _find_drawn(self, point: Points, ahead: Points, middle: Points) -> OnChain | InWedge:
         """See :meth:`find_place`, where curves are drawn."""
         of, (begin, step) = self._samples, self._segments
         # At the middle of the side: at its end the curve may turn, and others end. By segments:
@@ -107,7 +157,7 @@ class Walls:
             return at
         # The mesh is on the left of its border's sides.
         left = chain.marks[0] == "" if chain.marked else forth
-        return OnWall(chain.id, _keep_off_ends(chain, there), left)
+        return OnChain(chain.id, _keep_off_ends(chain, there), left)
 
     def _find_node(
         self, chain: Chain, point: Points, place: float, half: HalfChain
@@ -141,3 +191,50 @@ def _keep_off_ends(chain: Chain, place: float) -> float:
     if chain.is_closed_loop:
         return place % len(chain.points)
     return min(max(place, OFF_ENDS), len(chain.points) - 1 - OFF_ENDS)
+
+
+class Joints:
+    """Where lines begin and end, in terms of the network."""
+
+    def __init__(self, field: CrossField, walls: Constraints, starts: Starts) -> None:
+        self.field = field
+        self.walls = walls
+        self.starts = starts
+        self.borders: dict[int, OnChain | InWedge] = {}
+        mesh = field.mesh
+        begun = np.zeros(len(field.index), np.bool_)
+        begun[starts.vertex] = True
+        for vertex in np.flatnonzero(mesh.on_border & ((field.index != 0) | begun)).tolist():
+            self.borders[vertex] = self.on_border(mesh.vertices[vertex], int(mesh.leaving[vertex]))
+
+    def start(
+        self, k: int, led: tuple[int, Points] | None = None
+    ) -> AtSingularity | OnChain | InWedge:
+        """The joint of a start; led: the triangle and the point that an arc goes to from there,
+        which need not be where the trace would have gone."""
+        mesh = self.field.mesh
+        vertex, triangle = int(self.starts.vertex[k]), int(self.starts.triangle[k])
+        corner, angle = int(self.starts.corner[k]), float(self.starts.angle[k])
+        if led is not None:
+            triangle = led[0]
+            corner = int(np.flatnonzero(mesh.triangles[triangle] == vertex)[0])
+            away = led[1] - mesh.vertices[vertex]
+            angle = float(np.arctan2(away @ mesh.y[triangle], away @ mesh.x[triangle]))
+        turned = (angle - mesh.side_angle[triangle, corner] + 0.1) % (2.0 * np.pi) - 0.1
+        share = min(max(turned / mesh.corner_angle[triangle, corner], 0.0), 1.0)
+        order = mesh.list_ring(vertex).index(3 * triangle + corner) + share
+        if vertex in self.borders:
+            at = self.borders[vertex]
+            return replace(at, order=order + (at.order if isinstance(at, InWedge) else 0.0))
+        return AtSingularity(vertex, order)
+
+    def on_border(self, point: Points, side: int) -> OnChain | InWedge:
+        """The place of the network's border chains that a place on a border's side is."""
+        mesh = self.field.mesh
+        f, e = divmod(side, 3)
+        tail, head = mesh.vertices[mesh.triangles[f, [e, (e + 1) % 3]]]
+        return self.walls.find_place(point, head - tail, 0.5 * (tail + head))
+
+    def corners(self) -> list[OnChain | InWedge]:
+        """Border vertices with one wedge, which no line leaves."""
+        return [at for vertex, at in self.borders.items() if self.field.index[vertex] == 1]
