@@ -4,7 +4,7 @@
 
 Needs xvfb-run. Each window is opened as large as the screen, on something small, with its job done;
 the sizes are 1024 x 700, 1600 x 1000, and 3840 x 2160 of which Qt makes 1920 x 1080 at scale 2.
-Those of 1024 x 700 stand in docs/images/windows: look at them all after a change of the windows.
+docs/images/windows has those of 1600 x 1000. Look at all of them after a change of the windows.
 """
 
 from __future__ import annotations

@@ -20,7 +20,6 @@ PENDING = {
     "scaling.md",
     "service.md",
     "surfacing.md",
-    "windows.md",
     # Written from docstrings and help.
     "api.md",
     "cli.md",
