@@ -59,6 +59,7 @@ SECTIONS = {
         "install",
         "tutorial",
         "concepts",
+        "cookbook",
         "gallery",
         "queries",
         "holes",

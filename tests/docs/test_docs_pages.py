@@ -32,6 +32,7 @@ PAGES += [
     for name in (
         "tutorial",
         "concepts",
+        "cookbook",
         "queries",
         "placing",
         "surfacing",
