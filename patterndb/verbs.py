@@ -27,6 +27,39 @@ if TYPE_CHECKING:
     from query.holes import Hole, HoleFills, HoleOptions
     from query.listing.fills import Fills
     from query.request import FillRequest
+    from viewer.plotting import Plotter, PolyData
+
+
+class PlotVerbs:
+    """Methods of everything that pyvista can show."""
+
+    __slots__ = ()
+
+    def to_pyvista(self) -> PolyData:
+        """Return a mesh of pyvista; see :func:`viewer.plotting.to_pyvista`, also for its arrays.
+
+        Raises MissingExtraError where pyvista is not installed.
+
+        Example: ``patterndb.read("head.obj").to_pyvista().plot(scalars="valence")``
+        """
+        from viewer.plotting import to_pyvista
+
+        return to_pyvista(self)
+
+    def plot(self, *, plotter: Plotter | None = None, **options: Any) -> Plotter:
+        """Return a pyvista plotter that shows this: ``.show()`` it, or ``.screenshot(path)``.
+
+        plotter: one to add it to. options: shading, wire, x_ray, sharp, perspective, clip, toward
+        and up; see :class:`viewer.plotting.PlotOptions`.
+
+        Raises MissingExtraError where pyvista is not installed, and ValueError for a shading there
+        is not.
+
+        Example: ``db.best((3, 5, 4, 6)).plot().screenshot("fill.png")``
+        """
+        from viewer.plotting import plot
+
+        return plot(self, plotter=plotter, **options)
 
 
 class QueryVerbs:
@@ -104,7 +137,7 @@ class DatabaseVerbs(QueryVerbs):
         return learn_mesh(cast("Database", self), faces, name=name, options=options, **choices)
 
 
-class MeshVerbs:
+class MeshVerbs(PlotVerbs):
     """Methods of a polygon mesh."""
 
     __slots__ = ()
@@ -161,7 +194,7 @@ class MeshVerbs:
         return Surface.from_polygons(cast("PolygonMesh", self)).orient()
 
 
-class HoleVerbs:
+class HoleVerbs(PlotVerbs):
     """Methods of a hole of a mesh."""
 
     __slots__ = ()
@@ -181,7 +214,7 @@ class HoleVerbs:
         return fill_holes(db, cast("Hole", self), options, **choices)
 
 
-class NetworkVerbs:
+class NetworkVerbs(PlotVerbs):
     """Methods of a curve network."""
 
     __slots__ = ()

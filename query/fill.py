@@ -14,6 +14,7 @@ from patterndb.core.disk import Disk
 from patterndb.core.display import render
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
+from patterndb.verbs import PlotVerbs
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Triangles
@@ -41,7 +42,7 @@ class FillJson(TypedDict):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fill:
+class Fill(PlotVerbs):
     """Quads that fill a boundary, and how they came from their pattern.
 
     quads:      (q, 4) int32, counter-clockwise. Boundary vertices are 0..P-1 in the order

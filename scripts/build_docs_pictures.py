@@ -22,6 +22,7 @@ ILLUSTRATED = (
     DOCS / "surfacing.md",
     DOCS / "features.md",
     DOCS / "retopo.md",
+    DOCS / "pyvista.md",
 )
 
 #: How the names of pictures begin that scripts/draw_NAME.py draw, and no step does.

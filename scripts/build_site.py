@@ -68,6 +68,7 @@ SECTIONS = {
         "features",
         "retopo",
         "windows",
+        "pyvista",
         "page",
         "cluster",
         "scaling",

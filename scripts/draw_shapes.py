@@ -17,17 +17,18 @@ import numpy as np
 from PIL import Image
 
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.registration import Template, box_template, register
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import style
 from viewer.camera import View, fit_view
-from viewer.picture import Drawn, save_drawn
+from viewer.picture import save_drawn
 from viewer.scene import Scene
 from viewer.shapes import ShapesState
 from viewer.shapes.commands import KEYS
 from viewer.shapes.picture import compose_shape
-from viewer.solid import Solid
+from viewer.stage import Drawn, Layer, Marks
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import CARS, body
@@ -76,7 +77,7 @@ def sheet(shapes: ShapeModel, template: Template) -> Drawn:
     """A row for each mode: the mean in the middle, what the mode does to it on both sides."""
     width, height = LEFT + len(SIGMAS) * CELL[0], ABOVE + MODES * CELL[1]
     scene = Scene(width, height)
-    solids: list[Solid] = []
+    layers: list[Layer] = []
     view = common_view(shapes)
     for row in range(MODES):
         y = height - ABOVE - (row + 0.5) * CELL[1]
@@ -94,16 +95,23 @@ def sheet(shapes: ShapeModel, template: Template) -> Drawn:
             if sigmas:
                 KEYS.press(state, "g")
             cell = compose_shape(state, *CELL)
-            shift = np.array([LEFT + column * CELL[0], y - CELL[1] / 2.0, 0.0])
-            solids.append(replace(cell.solid, corners=cell.solid.corners + shift))
+            shift = np.array([LEFT + column * CELL[0], y - CELL[1] / 2.0])
+            offset = shift @ view.axes[:2] / view.scale
+            layers += [_move(layer, f"{row} {column}", offset) for layer in cell.layers]
     for column, sigmas in enumerate(SIGMAS):
         text = f"{sigmas:+.0f} σ".replace("-", "\u2212") if sigmas else "mean"
         x = LEFT + (column + 0.5) * CELL[0]
         scene.text(x, height - 50.0, text, 28.0, bold=True)
     scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-    corners = np.concatenate([one.corners for one in solids])
-    colours = np.concatenate([one.colours for one in solids])
-    return Drawn(scene, Solid(corners, colours, 0.0), (width / 2.0, height / 2.0))
+    return Drawn(scene, layers, view, (CELL[0] / 2.0, CELL[1] / 2.0))
+
+
+def _move(layer: Layer, cell: str, offset: Points) -> Layer:
+    """Move a layer of a cell to its place, under a name of its own."""
+    name = f"{layer.name} {cell}"
+    if isinstance(layer, Marks):
+        return replace(layer, name=name, places=layer.places + offset)
+    return replace(layer, name=name, points=layer.points + offset)
 
 
 def common_view(shapes: ShapeModel) -> View:

@@ -4,12 +4,13 @@ Read in this order. Flat pictures: :mod:`~viewer.drawing` cuts a disk that was l
 (:mod:`patterndb.geometry.embedding`) into polygons, :mod:`~viewer.painting` paints these,
 :mod:`~viewer.paper` and :mod:`~viewer.gallery` write files. What all viewers share:
 :mod:`~viewer.commands` (what can be done, one table a viewer), :mod:`~viewer.keymap`,
-:mod:`~viewer.saver`, :mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`,
-:mod:`~viewer.picture`, :mod:`~viewer.facts`, :mod:`~viewer.slider`,
-:mod:`~viewer.pointer`; and :mod:`viewer.shell`, the window that they have on a screen. The pattern
-browser: :mod:`~viewer.browser_state`, :mod:`~viewer.browser`. The fill explorer:
-:mod:`patterndb_sketch.exploration`, :mod:`~viewer.explorer_state`, :mod:`~viewer.explorer_picture`,
-:mod:`~viewer.explore`. The folders hold a viewer each. A viewer's state, its commands and its
+:mod:`~viewer.saver`, :mod:`~viewer.scene` (what is flat), :mod:`~viewer.stage` (what is in space,
+and VTK's actors for it), :mod:`~viewer.camera`, :mod:`~viewer.picture`, :mod:`~viewer.facts`,
+:mod:`~viewer.slider`, :mod:`~viewer.pointer`; and :mod:`viewer.shell`, the window that they have
+on a screen. The pattern browser: :mod:`~viewer.browser_state`, :mod:`~viewer.browser`. The fill
+explorer: :mod:`patterndb_sketch.exploration`, :mod:`~viewer.explorer_state`,
+:mod:`~viewer.explorer_picture`, :mod:`~viewer.explore`. In scripts and notebooks:
+:mod:`~viewer.plotting`. The folders hold a viewer each. A viewer's state, its commands and its
 pictures know no Qt; only its ``*_window`` or ``docks`` module does, and the shell.
 
 Names are loaded when they are asked for: who draws a sheet waits for no window's module.

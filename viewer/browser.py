@@ -10,8 +10,8 @@ from viewer.browser_commands import COMMANDS, KEYS
 from viewer.browser_picture import Meshes, compose_browser, compose_selected, describe_browser
 from viewer.browser_state import BrowserSource, BrowserState, Expand
 from viewer.facts import FactSheet
-from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.solid import NOTHING, Solid
+from viewer.picture import WINDOW, check_png, save_drawn
+from viewer.stage import Drawn
 
 #: Opens a database's file: what patterns come from, and names the meshes of a pattern.
 OpenDatabase = Callable[[Path], tuple[BrowserSource, Meshes]]
@@ -35,7 +35,7 @@ def browse(
     smallest. expand: the disk of a pattern at given polychord widths, for the keys that
     widen. meshes: names of the meshes a pattern occurs in. open_file: opens a database that is
     chosen or dropped, and gives it with what ``meshes`` is for it. off_screen: write one picture to
-    this PNG instead of opening a window; it is drawn without OpenGL, and is the same everywhere.
+    this PNG instead of opening a window; it is drawn without OpenGL.
     keys: pressed first, with spaces between ("n n ] Up"). screenshots: folder for those that the
     key s saves. window_size: pixels.
 
@@ -94,12 +94,10 @@ class BrowserSaver(saver.Saver):
 
     def drawn(self) -> Drawn:
         width, height = float(self.size[0]), float(self.size[1])
-        scene = compose_browser(self.state, width, height)
-        return Drawn(scene, Solid(*NOTHING, 0.0), (width / 2.0, height / 2.0))
+        return Drawn.flat(compose_browser(self.state, width, height))
 
     def draw_live(self, width: float, height: float) -> Drawn:
-        scene = compose_selected(self.state, width, height)
-        return Drawn(scene, Solid(*NOTHING, 0.0), (width / 2.0, height / 2.0))
+        return Drawn.flat(compose_selected(self.state, width, height))
 
     def describe(self, sheet: FactSheet) -> None:
         describe_browser(sheet, self.state, self._meshes)

@@ -12,12 +12,12 @@ from patterndb.core.pattern import Pattern
 from viewer.browser_state import PER_PAGE, VALENCE_RANGES, BrowserState
 from viewer.card import format_valences
 from viewer.drawing import draw_disk
-from viewer.picture import Drawn
 from viewer.scene import Scene
 from viewer.shell.docks import Dock, Thumbnail, ThumbnailList, make_count_field, make_form
 from viewer.shell.qtpaint import paint_scene, paint_thumbnail
 from viewer.shell.scene import GROUNDS
 from viewer.shell.window import ShellWindow
+from viewer.stage import Drawn
 
 #: Most irregular vertices that can be asked for.
 MOST_IRREGULAR = 99

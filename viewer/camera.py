@@ -39,6 +39,10 @@ class View:
         """(..., 3) x, y and nearness to the viewer, in points of the picture."""
         return (points - self.focus) @ (self.axes.T * self.scale)
 
+    def unseen(self, seen: Points) -> Points:
+        """(..., 3) the points of space that :meth:`seen` takes to these."""
+        return self.focus + seen @ self.axes / self.scale
+
     def under(self, x: float, y: float) -> Points:
         """(3,) a point of space that is seen at (x, y), as near as the focus."""
         return self.focus + (x * self.axes[0] + y * self.axes[1]) / self.scale
@@ -85,6 +89,33 @@ def turn_view(view: View, dx: float, dy: float, up: Points | None) -> View:
     return view.turned(dx, dy) if up is None else view.orbited(dx, dy, up)
 
 
+#: How faces may be shaded: by lights from both sides, as clay, or each by itself.
+SHADINGS = ("studio", "matcap", "flat")
+
+
+@dataclass(frozen=True, slots=True)
+class StageLook:
+    """How faces are shown, and through what camera.
+
+    shading: one of SHADINGS. wire: only the edges of triangles. x_ray: can faces be seen through?
+    perspective: else far things are as large as near ones. clip: a point (3,) and a direction (3,);
+    what lies beyond the point in that direction is cut away.
+    """
+
+    shading: str = "studio"
+    wire: bool = False
+    x_ray: bool = False
+    perspective: bool = False
+    clip: tuple[Points, Points] | None = None
+
+    def __post_init__(self) -> None:
+        if self.shading not in SHADINGS:
+            raise ValueError(f"no shading {self.shading!r}; there are {', '.join(SHADINGS)}")
+
+
+#: The way that they are shown at first.
+PLAIN = StageLook()
+
 #: How much larger one step of the wheel makes things.
 STEP = 1.15
 
@@ -95,12 +126,13 @@ class Camera:
     points: (n, 3) of what is seen. toward: (3,) from where, up: (3,) what is upright, at first.
     view: where things are in the picture. room: width and height of the picture without the
     panel, in points. pointer: its place, in points from the middle of the picture. turntable: does
-    a drag turn about what is upright, rather than any way?
+    a drag turn about what is upright, rather than any way? look: how faces are shown.
     """
 
     def __init__(self, points: Points, toward: ArrayLike, up: ArrayLike) -> None:
         self.pointer: tuple[float, float] | None = None
         self.turntable = False
+        self.look = PLAIN
         self.room = (HEIGHT, HEIGHT)
         self._points = points
         self._toward = np.array(toward, np.float64)
@@ -291,6 +323,18 @@ class ViewerState(Generic[Kind]):
     def take_work(self, work: Any) -> None:
         """Take work that was kept, as one step; for states with ``files``."""
         raise NotImplementedError
+
+    def next_shading(self) -> None:
+        """Shade faces in the next way."""
+        look = self.camera.look
+        shading = SHADINGS[(SHADINGS.index(look.shading) + 1) % len(SHADINGS)]
+        self.camera.look = replace(look, shading=shading)
+        self.message = f"shading: {shading}"
+
+    def toggle_look(self, name: str) -> None:
+        """Turn one of the switches of how faces are shown, by its name."""
+        look = self.camera.look
+        self.camera.look = replace(look, **{name: not getattr(look, name)})
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches, by its name."""

@@ -20,9 +20,10 @@ from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
 from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet
-from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.picture import WINDOW, check_png, save_drawn
 from viewer.pointerstroke import PointerMode
 from viewer.saver import SaveWay
+from viewer.stage import Drawn, LayerCache
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]
@@ -59,7 +60,7 @@ def explore(
     fill of each pattern, with its variants under it, not every fill. write_obj: for
     the key that saves a fill. accept: called with every fill that is saved. open_file: reads a
     file that is opened or dropped. off_screen: write one picture to this PNG instead of opening a
-    window; it is drawn without OpenGL, and is the same everywhere. keys: pressed first, with
+    window; that needs no display. keys: pressed first, with
     spaces between ("o Right"), each once the query before has ended. folder: for what keys
     save. window_size: pixels.
 
@@ -135,6 +136,7 @@ class ExplorerSaver(saver.Saver):
         accept: Accept | None = None,
     ) -> None:
         super().__init__(state, KEYS, size)
+        self._cache = LayerCache()
         self._folder = folder
         self._write_obj = write_obj
         self._accept = accept
@@ -153,7 +155,7 @@ class ExplorerSaver(saver.Saver):
         return self.state.exploration.steps.now
 
     def draw_live(self, width: float, height: float) -> Drawn:
-        return compose_explorer(self.state, width, height)
+        return compose_explorer(self.state, width, height, cache=self._cache)
 
     def describe(self, sheet: FactSheet) -> None:
         describe_explorer(sheet, self.state)

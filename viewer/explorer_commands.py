@@ -7,7 +7,7 @@ from collections.abc import Callable
 from viewer.commands import Command
 from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect, KeyMap
-from viewer.modelcommands import RECOVER
+from viewer.modelcommands import LOOKS, RECOVER
 from viewer.pointerstroke import PointerMode
 
 #: By how much the keys [ and ] scale edge counts.
@@ -143,6 +143,7 @@ COMMANDS: tuple[Command[ExplorerState], ...] = (
             _change(lambda e: e.finder.change_tolerance(1)),
             "Strands may end more edges off their strokes", enabled=_has_strokes),
     RECOVER,
+    *LOOKS,
     Command("frame-all", "Frame all", "View", ("v", "Home"), lambda e: e.camera.fit(),
             "All back into the middle", bar=True),
     Command("roll", "Roll the view", "View", ("u",), lambda e: e.camera.roll(),

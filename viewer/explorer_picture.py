@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.fillfinder import FillFinder
@@ -13,11 +14,22 @@ from viewer.card import format_count, format_valences
 from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet, LegendEntry
 from viewer.net import Net
-from viewer.painting import make_bars
-from viewer.picture import Drawn
+from viewer.picture import Frame
 from viewer.pointerstroke import PointerMode
+from viewer.retopo.pointing import find_visible
 from viewer.scene import Scene
-from viewer.solid import Hiding, Solid
+from viewer.stage import (
+    Curves,
+    Drawn,
+    Faces,
+    Layer,
+    LayerCache,
+    Lift,
+    LineLook,
+    Marks,
+    make_discs,
+    make_valence_marks,
+)
 
 #: Width of a fill's lines as a part of its edges, least and most, in points; likewise the
 #: radius of an irregular vertex's marker.
@@ -41,155 +53,205 @@ LABEL_RIM = "#b9c1cb"
 FADED = "#a3abb5"
 
 
-def compose_explorer(state: ExplorerState, width: float, height: float) -> Drawn:
-    """Compose the picture of so many points."""
-    scene, middle = Scene(width, height), (width / 2.0, height / 2.0)
-    state.camera.fill(width, height)
+#: Faces of a surface and of a fill, from both sides; of quads of strands that carry strokes, and
+#: of a fill of before.
+SURFACE, SURFACE_BACK = "#c3ccd6", "#97a2ae"
+QUADS, CARRIED, FORMER = "#fff8ea", "#ffcb80", "#cfd3d8"
+
+#: A fill's pieces cut through the surface's triangles: it is drawn nearer by so many points and
+#: this part of an edge. Lines and marks are nearer by so many points more.
+LIFT = (2.0, 0.12)
+LINES, TICKS, CORNERS, STROKES, MARKS = 0.8, 1.4, 2.0, 2.6, 3.2
+
+
+def compose_explorer(
+    state: ExplorerState, width: float, height: float, cache: LayerCache | None = None
+) -> Drawn:
+    """Compose the picture of so many points; cache: of the last picture of this state."""
+    frame = Frame.of(state.camera, width, height)
     placed = None if state.hiding else state.finder.placed
     # What was found before the boundary changed stays in sight until there is something new.
     former = None if state.hiding or placed is not None else state.exploration.former
     net = placed.net if placed is not None else None if former is None else former.net
-    solid = Solid.of(state.camera.view, middle, state.surface, net, faded=former is not None)
-    painter = _Painter(state, scene, Hiding(solid, width, height), middle)
+    composer = _Composer(state, net, LayerCache() if cache is None else cache)
+    composer.add_surface()
     if net is not None:
-        painter.net(net, style.EDGE if former is None else FADED)
+        composer.add_net(net, faded=former is not None)
     if former is not None:
         net = None
-    painter.boundary(net)
-    for stroke in state.finder.strokes:
+    composer.add_boundary(net)
+    for number, stroke in enumerate(state.finder.strokes):
         if stroke.points is not None:
-            painter.line(stroke.points, style.STROKE, STROKE_WIDTH, closed=stroke.is_loop)
+            look = composer.look(style.STROKE, STROKE_WIDTH, STROKES)
+            composer.add_line(f"stroke {number}", stroke.points, look, closed=stroke.is_loop)
     if net is not None:
         for strip, colour in zip(state.strips_under(), style.STRANDS, strict=False):
-            painter.line(strip, style.PAPER, STRAND_WIDTH + 1.8)
-            painter.line(strip, colour, STRAND_WIDTH)
-        painter.markers(net)
-    painter.in_progress()
-    if not scene.patches:
-        # Never without anything: a scene has a layer at least.
-        scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-    return Drawn(scene, solid, middle)
+            rim = composer.look(style.PAPER, STRAND_WIDTH + 1.8, STROKES)
+            composer.add_line(f"strip rim {colour}", strip, rim)
+            look = composer.look(colour, STRAND_WIDTH, STROKES + 0.4)
+            composer.add_line(f"strip {colour}", strip, look)
+        composer.add_markers(net)
+    composer.add_in_progress()
+    composer.write_labels(frame.scene, frame.middle)
+    return frame.drawn(composer.layers)
 
 
-class _Painter:
-    """Puts lines and markers into a scene, but for what is hidden."""
+class _Composer:
+    """Makes layers of what the explorer shows."""
 
-    def __init__(
-        self, state: ExplorerState, scene: Scene, hiding: Hiding, middle: tuple[float, float]
-    ) -> None:
-        self.state, self.scene, self.hiding = state, scene, hiding
-        self._shift = np.array([*middle, 0.0])
-        self._radius = MARKER[2]
+    def __init__(self, state: ExplorerState, net: Net | None, cache: LayerCache) -> None:
+        self.state, self.cache = state, cache
+        self.layers: list[Layer] = []
+        self.lift = Lift(LIFT[0], 0.0 if net is None else LIFT[1] * net.edge)
 
-    def net(self, net: Net, colour: str) -> None:
-        """The edges of quads."""
+    def look(self, colour: str, width: float, above: float) -> LineLook:
+        """Return a look of lines, so many points above the fill."""
+        return LineLook(colour, width, self.lift.above(above))
+
+    def add_surface(self) -> None:
+        """Add the surface, if there is one."""
+        surface = self.state.surface
+        if surface is not None:
+            self.layers.append(
+                self.cache.get(
+                    "surface",
+                    (surface,),
+                    lambda: Faces(
+                        "surface",
+                        surface.vertices,
+                        surface.triangles,
+                        SURFACE,
+                        normals=surface.normals,
+                        back=SURFACE_BACK,
+                    ),
+                )
+            )
+
+    def add_net(self, net: Net, *, faded: bool) -> None:
+        """Add the quads of a fill and their edges."""
         edge = net.edge * self.state.camera.view.scale
-        self._radius = float(np.clip(edge * MARKER[0], *MARKER[1:]))
-        self._lines(self._seen(net.edges), colour, float(np.clip(edge * LINE[0], *LINE[1:])))
+        width = float(np.clip(edge * LINE[0], *LINE[1:]))
+        look = self.look(FADED if faded else style.EDGE, width, LINES)
 
-    def markers(self, net: Net) -> None:
-        """Irregular vertices, as everywhere in the viewer, and odd ones on the boundary."""
-        radius = self._radius
-        odd = self._shown(net.odd)
-        if len(odd):
-            ring = odd[:, None] + style.make_circle() * (0.95 * radius)
-            self.scene.polygons(ring, face=style.PAPER, line=style.SELECTED, width=0.45 * radius)
-        for kind in np.unique(net.valences).tolist():
-            at = self._shown(net.irregular[net.valences == kind])
-            if len(at):
-                shape = at[:, None] + style.choose_valence_shape(kind) * radius
-                # Paint a larger one in white first: an outline of thin pieces has gaps at
-                # the points of a triangle.
-                rim = at[:, None] + style.choose_valence_shape(kind) * (radius + 1.4)
-                self.scene.polygons(rim, face=style.PAPER)
-                self.scene.polygons(shape, face=style.choose_valence_colour(kind))
+        def make() -> list[Layer]:
+            base = np.tile(style.parse_colour(FORMER if faded else QUADS), (len(net.patches), 1))
+            if not faded:
+                base[net.carried] = style.parse_colour(CARRIED)
+            faces = _cut_patches(net.patches)
+            each = np.repeat(base, len(faces) // max(len(base), 1), axis=0)
+            points, normals = net.patches.reshape(-1, 3), net.normals.reshape(-1, 3)
+            return [
+                Faces("quads", points, faces, face_colours=each, normals=normals, lift=self.lift),
+                Curves.of("edges", list(net.edges), look),
+            ]
 
-    def boundary(self, net: Net | None) -> None:
+        self.layers += self.cache.get("net", (net, faded, width, self.lift), make)
+
+    def add_markers(self, net: Net) -> None:
+        """Add irregular vertices, as everywhere in the viewer, and odd ones on the boundary."""
+        edge = net.edge * self.state.camera.view.scale
+        radius, lift = float(np.clip(edge * MARKER[0], *MARKER[1:])), self.lift.above(MARKS)
+        self.layers.append(make_discs("odd", net.odd, style.SELECTED, 1.2 * radius, lift))
+        inner = lift.above(0.4)
+        self.layers.append(make_discs("odd inner", net.odd, style.PAPER, 0.72 * radius, inner))
+        self.layers += make_valence_marks("valences", net.irregular, net.valences, radius, lift)
+
+    def add_boundary(self, net: Net | None) -> None:
+        """Add the boundary's sides, its vertices and its corners."""
         contour, boundary = self.state.contour, self.state.finder.boundary
         if contour is None:
             return
         meant = self.state.meant_side
         chosen = self.state.side_under() if meant is None else meant
-        if boundary is None or boundary.points is None:
-            for i, side in enumerate(contour.sides):
-                self.line(side, style.SELECTED if i == chosen else style.BOUNDARY, BOUNDARY_WIDTH)
+        drawn = boundary is not None and boundary.points is not None
+        if boundary is not None and boundary.points is not None:
+            edges = self._lay_ring(boundary.points) if net is None else net.border
+            sides = [edges[a:b].reshape(-1, 3) for a, b in pairwise(boundary.side_starts)]
         else:
-            starts = boundary.side_starts
-            edges = self._ring(boundary.points) if net is None else net.border
-            for i, (a, b) in enumerate(pairwise(starts)):
-                colour = style.SELECTED if i == chosen else style.BOUNDARY
-                self._lines(self._seen(edges[a:b]), colour, BOUNDARY_WIDTH)
-            ticks = self._shown(boundary.points)
-            if len(ticks):
-                dots = ticks[:, None] + style.make_circle() * (0.95 * BOUNDARY_WIDTH)
-                self.scene.polygons(dots, face=style.BOUNDARY)
-        self._corners()
-        self._labels()
+            sides = [self._along(side) for side in contour.sides]
+        for i, side in enumerate(sides):
+            colour = style.SELECTED if i == chosen else style.BOUNDARY
+            look = self.look(colour, BOUNDARY_WIDTH, LINES)
+            self.layers.append(Curves.of(f"side {i}", [side], look))
+        if drawn:
+            lift, radius = self.lift.above(TICKS), 0.95 * BOUNDARY_WIDTH
+            ticks = boundary.points
+            self.layers.append(make_discs("ticks", ticks, style.BOUNDARY, radius, lift))
+        self._add_corners()
 
-    def line(self, points: Points, colour: str, width: float, *, closed: bool = False) -> None:
-        """A polyline (k, 3), laid on the base between its points."""
+    def add_line(self, name: str, points: Points, look: LineLook, *, closed: bool = False) -> None:
+        """Add a polyline (k, 3), laid on the base between its points."""
         if closed:
             points = np.concatenate([points, points[:1]])
-        self._lines(self._seen(self._along(points)[None]), colour, width)
+        self.layers.append(Curves.of(name, [self._along(points)], look))
 
-    def in_progress(self) -> None:
-        """What is being drawn."""
+    def add_in_progress(self) -> None:
+        """Add what is being drawn."""
         state = self.state
-        for path in state.pen.paths:
-            self.line(path, style.BOUNDARY, BOUNDARY_WIDTH)
+        look = self.look(style.BOUNDARY, BOUNDARY_WIDTH, STROKES)
+        for number, path in enumerate(state.pen.paths):
+            self.add_line(f"path {number}", path, look)
         if state.pen.preview is not None:
-            self.line(state.pen.preview, PREVIEW, 0.6 * BOUNDARY_WIDTH)
+            look = self.look(PREVIEW, 0.6 * BOUNDARY_WIDTH, STROKES)
+            self.add_line("preview", state.pen.preview, look)
         if state.pen.clicked:
-            at = self._shown(np.stack(state.pen.clicked))
-            if len(at):
-                dots = at[:, None] + style.make_circle() * 5.0
-                self.scene.polygons(dots, face=style.BOUNDARY)
+            at, lift = np.stack(state.pen.clicked), self.lift.above(MARKS)
+            self.layers.append(make_discs("clicked", at, style.BOUNDARY, 5.0, lift))
         if len(state.pen.line) > 1:
+            look = self.look(style.STROKE, STROKE_WIDTH, STROKES)
             closed = state.mode is PointerMode.LOOP
-            self.line(np.stack(state.pen.line), style.STROKE, STROKE_WIDTH, closed=closed)
+            self.add_line("drawn", np.stack(state.pen.line), look, closed=closed)
 
-    def _corners(self) -> None:
+    def _add_corners(self) -> None:
         """Convex corners are discs, reflex ones diamonds; the one at the pointer has a halo."""
         contour = self.state.contour
-        assert contour is not None
-        if not contour.corners:
+        if contour is None or not contour.corners:
             return
         places = np.stack([side[0] for side in contour.sides])
-        chosen = self.state.corner_under()
-        for i, kind in enumerate(contour.corners):
-            at = self._shown(places[i : i + 1])
-            if not len(at):
-                continue
-            if i == chosen:
-                self.scene.polygons(at[:, None] + style.make_circle() * 10.0, face=style.SELECTED)
-            if kind == "convex":
-                self.scene.polygons(at[:, None] + style.make_circle() * 5.8, face=style.BOUNDARY)
-            else:
-                self.scene.polygons(at[:, None] + style.make_diamond() * 9.4, face=style.BOUNDARY)
-                self.scene.polygons(at[:, None] + style.make_diamond() * 5.6, face=style.PAPER)
+        chosen, lift = self.state.corner_under(), self.lift.above(CORNERS)
+        if chosen is not None:
+            at = places[chosen : chosen + 1]
+            self.layers.append(make_discs("corner halo", at, style.SELECTED, 10.0, lift))
+        kinds = np.array(contour.corners)
+        for name, kind, outline, colour, above in (
+            ("convex", "convex", style.make_circle() * 5.8, style.BOUNDARY, 0.3),
+            ("reflex rim", "reflex", style.make_diamond() * 9.4, style.BOUNDARY, 0.3),
+            ("reflex", "reflex", style.make_diamond() * 5.6, style.PAPER, 0.6),
+        ):
+            at = places[kinds == kind]
+            self.layers.append(Marks(name, at, outline, colour, lift.above(above)))
 
-    def _labels(self) -> None:
-        """The edge count of every side, beside its middle, outside."""
-        contour = self.state.contour
-        assert contour is not None
-        around = self._seen(np.concatenate(contour.sides))[:, :2]
+    def write_labels(self, scene: Scene, middle: tuple[float, float]) -> None:
+        """Write the edge count of every side, beside its middle, outside; where it is seen."""
+        contour, view = self.state.contour, self.state.camera.view
+        if contour is None:
+            return
+        around = view.seen(np.concatenate(contour.sides))[:, :2]
         after = np.roll(around, -1, axis=0)
         area = float((around[:, 0] * after[:, 1] - around[:, 1] * after[:, 0]).sum())
         for side, length in zip(contour.sides, contour.lengths, strict=True):
             line = self._along(side)
-            seen = self._seen(line)
-            middle = len(seen) // 2
-            if not self.hiding.visible(seen[middle]):
+            at = len(line) // 2
+            if not self._is_seen(line[at]):
                 continue
-            along = seen[min(middle + 1, len(seen) - 1), :2] - seen[max(middle - 1, 0), :2]
+            seen = view.seen(line)[:, :2] + middle
+            along = seen[min(at + 1, len(seen) - 1)] - seen[max(at - 1, 0)]
             size = float(np.hypot(*along))
             if size == 0.0:
                 continue
             out = np.array([along[1], -along[0]]) / size * (1.0 if area > 0.0 else -1.0)
-            x, y = seen[middle, :2] + LABEL * out
-            self.scene.number(x, y, length, 13.0, LABEL_RIM, 1.0, bold=True)
+            x, y = seen[at] + LABEL * out
+            scene.number(x, y, length, 13.0, LABEL_RIM, 1.0, bold=True)
 
-    def _ring(self, points: Points) -> Points:
+    def _is_seen(self, point: Points) -> bool:
+        """Is a point (3,) in the picture, and not behind the surface?"""
+        camera, surface = self.state.camera, self.state.surface
+        x, y, _ = np.abs(camera.view.seen(point)).tolist()
+        if x > camera.room[0] / 2.0 or y > camera.room[1] / 2.0:
+            return False
+        return surface is None or bool(find_visible(camera.view, surface, point[None])[0])
+
+    def _lay_ring(self, points: Points) -> Points:
         """(P, PIECES + 1, 3) the edges of a closed polygon (P, 3), laid on the base."""
         t = np.linspace(0.0, 1.0, PIECES + 1)[None, :, None]
         edges = points[:, None] * (1.0 - t) + np.roll(points, -1, axis=0)[:, None] * t
@@ -198,29 +260,20 @@ class _Painter:
         return self.state.base.on(edges.reshape(-1, 3))[0].reshape(edges.shape)
 
     def _along(self, points: Points) -> Points:
-        """(m, 3) a polyline, cut fine and laid on the base."""
-        t = np.arange(PIECES) / PIECES
+        """A polyline (k, 3) cut fine and laid on the base."""
+        t = (np.arange(PIECES) / PIECES)[None, :, None]
         a, b = points[:-1, None], points[1:, None]
-        fine = np.concatenate([(a + (b - a) * t[:, None]).reshape(-1, 3), points[-1:]])
+        fine = np.concatenate([(a + (b - a) * t).reshape(-1, 3), points[-1:]])
         return fine if self.state.surface is None else self.state.base.on(fine)[0]
 
-    def _seen(self, points: Points) -> Points:
-        return self.state.camera.view.seen(points) + self._shift
 
-    def _shown(self, points: Points) -> Points:
-        """(m, 2) where those of (n, 3) points are seen that are not hidden."""
-        if not len(points):
-            return np.zeros((0, 2))
-        seen = self._seen(points)
-        return seen[self.hiding.visible(seen), :2]
-
-    def _lines(self, seen: Points, colour: str, width: float) -> None:
-        """Polylines (n, k, 3) as they are seen, every piece a thin rectangle."""
-        shown = self.hiding.visible(seen)
-        both = shown[:, :-1] & shown[:, 1:]
-        bars = make_bars(seen[:, :-1, :2][both], seen[:, 1:, :2][both], width, 0.6)
-        if len(bars):
-            self.scene.polygons(bars, face=colour)
+def _cut_patches(patches: Points) -> NDArray[np.int64]:
+    """(q * 2 (n - 1)**2, 3) triangles of patches (q, n, n, 3), those of a patch together."""
+    number = np.arange(patches[..., 0].size).reshape(patches.shape[:3])
+    a, b = number[:, :-1, :-1], number[:, 1:, :-1]
+    c, d = number[:, 1:, 1:], number[:, :-1, 1:]
+    both = np.stack([np.stack([a, b, c], axis=3), np.stack([a, c, d], axis=3)], axis=3)
+    return both.reshape(-1, 3)
 
 
 # What the fill explorer says beside its picture: the fill, the question, the legend.

@@ -16,11 +16,9 @@ from patterndb.geometry.triangulation import cut_faces
 from query.holes import HoleFill, weld_fills
 from viewer import style
 from viewer.camera import View, fit_view
-from viewer.picture import Drawn, Frame, save_sheet
-from viewer.retopo.marks import make_valence_marks
+from viewer.picture import save_sheet
 from viewer.scene import Scene
-from viewer.skin import MATTE, Skin, shade_model
-from viewer.solid import Triangles, make_ribbons
+from viewer.stage import MATTE, Curves, Drawn, Faces, Layer, Lift, LineLook, make_valence_marks
 
 #: Width and height of each half, and of the line of text below, in points.
 HALF, CAPTION = 440.0, 26.0
@@ -44,8 +42,8 @@ ASIDE, DIRECTIONS = np.array([0.18, 0.25, 0.12]), 200
 #: than HIDDEN of it is; at the same place is what lies within OFF of its size.
 CLEARLY, HIDDEN, OFF = 0.75, 0.6, 1e-3
 
-#: How much nearer than they are lines, the loop and markers are drawn, in points.
-LINE_LIFT, LOOP_LIFT, MARKER_LIFT = 1.6, 3.0, 4.4
+#: How much nearer than they are lines, the loop and markers are drawn.
+LINE_LIFT, LOOP_LIFT, MARKER_LIFT = Lift(1.0), Lift(3.0), Lift(4.4)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -131,15 +129,15 @@ def draw_panels(
 
 def _draw_panel(panel: HolePanel, view: View) -> Drawn:
     """Draw one panel; what reaches out of it below is hidden by its text."""
-    frame = Frame(Scene(HALF, HALF + CAPTION), (HALF / 2, CAPTION + HALF / 2))
-    frame.scene.box(0.0, 0.0, HALF, CAPTION, style.PAPER, style.PAPER)
-    frame.scene.text(HALF / 2, CAPTION / 3, panel.caption, 13.0)
-    parts = [
-        *_draw_mesh(panel.mesh, panel.marked, panel.tint, panel.edge, view),
-        make_ribbons([view.seen(line) for line in panel.loops], LOOP, LOOP_WIDTH, LOOP_LIFT),
-        *_draw_irregular(panel.fills, view),
+    scene = Scene(HALF, HALF + CAPTION)
+    scene.box(0.0, 0.0, HALF, CAPTION, style.PAPER, style.PAPER)
+    scene.text(HALF / 2, CAPTION / 3, panel.caption, 13.0)
+    layers = [
+        *make_mesh_layers(panel.mesh, panel.marked, panel.tint, panel.edge),
+        Curves.of("loops", panel.loops, LineLook(LOOP, LOOP_WIDTH, LOOP_LIFT)),
+        *make_irregular_marks(panel.fills, view),
     ]
-    return frame.drawn(frame.solid(parts))
+    return Drawn(scene, layers, view, (HALF / 2, CAPTION + HALF / 2))
 
 
 def _find_removed(fills: Sequence[HoleFill]) -> NDArray[np.bool_]:
@@ -257,42 +255,35 @@ class _Seen:
         return result
 
 
-def _draw_mesh(
-    mesh: PolygonMesh, marked: NDArray[np.bool_], tint: str, edge: str, view: View
-) -> list[Triangles]:
-    """Faces, the marked ones tinted, and their edges."""
+def make_mesh_layers(
+    mesh: PolygonMesh, marked: NDArray[np.bool_], tint: str, edge: str
+) -> list[Layer]:
+    """Make the layers of a mesh: its faces, marked ones (f,) tinted, and their edges."""
     triangles, face = cut_faces(mesh)
-    skin = Skin.of(mesh.points[triangles], triangles)
-    seen, bright = shade_model(skin, view, (0.0, 0.0), through=False)
-    colours = np.where(
-        marked[face][:, None, None],
-        bright / style.parse_colour(MATTE) * style.parse_colour(tint),
-        bright,
-    )
-    parts: list[Triangles] = [(seen, np.minimum(colours, 1.0).astype(np.float32))]
     at = np.arange(len(mesh.corners))
     owner = np.repeat(np.arange(mesh.n_faces), mesh.arities())
     following = np.where(at == mesh.offsets[owner + 1] - 1, mesh.offsets[owner], at + 1)
     ends = np.sort(np.stack([mesh.corners, mesh.corners[following]], axis=1), axis=1)
-    for chosen, colour, width, lift in (
-        (~marked[owner], style.EDGE, OLD_WIDTH, LINE_LIFT),
-        (marked[owner], edge, NEW_WIDTH, LINE_LIFT + 0.4),
+    colours = np.where(marked[face][:, None], style.parse_colour(tint), style.parse_colour(MATTE))
+    layers: list[Layer] = [Faces("mesh", mesh.points, triangles, face_colours=colours)]
+    for name, chosen, colour, width, lift in (
+        ("edges", ~marked[owner], style.EDGE, OLD_WIDTH, LINE_LIFT),
+        ("marked edges", marked[owner], edge, NEW_WIDTH, LINE_LIFT.above(0.4)),
     ):
-        lines = view.seen(mesh.points[np.unique(ends[chosen], axis=0)])
-        parts.append(make_ribbons(list(lines), colour, width, lift))
-    return parts
+        pairs = mesh.points[np.unique(ends[chosen], axis=0)]
+        look = LineLook(colour, width, lift)
+        layers.append(Curves(name, pairs.reshape(-1, 3), (2,) * len(pairs), look))
+    return layers
 
 
-def _draw_irregular(fills: Sequence[HoleFill], view: View) -> list[Triangles]:
-    """Markers of the irregular vertices in fills and on their loops."""
-    parts: list[Triangles] = []
-    for fill in fills:
-        n = len(fill.hole)
-        edge = fill.hole.length / n * view.scale
+def make_irregular_marks(fills: Sequence[HoleFill], view: View) -> list[Layer]:
+    """Make markers of the irregular vertices in fills and on their loops."""
+    layers: list[Layer] = []
+    for number, fill in enumerate(fills):
+        edge = fill.hole.length / len(fill.hole) * view.scale
         radius = float(np.clip(MARKER[0] * edge, *MARKER[1:]))
         points = np.concatenate([fill.hole.points, fill.points])
-        valences = fill.valences
-        for valence in sorted({int(v) for v in valences.tolist()} - {4, 0}):
-            places = view.seen(points[valences == valence])
-            parts += make_valence_marks(places, valence, radius, MARKER_LIFT)
-    return parts
+        odd = ~np.isin(fill.valences, (0, 4))
+        name = f"valences {number}"
+        layers += make_valence_marks(name, points[odd], fill.valences[odd], radius, MARKER_LIFT)
+    return layers

@@ -13,6 +13,16 @@ RECOVER: Command[Any] = Command(
     enabled=lambda s: s.files is not None and s.files.lost is not None,
 )  # fmt: skip
 
+#: For all windows: how faces are shown.
+LOOKS: tuple[Command[Any], ...] = (
+    Command("shading", "Next shading", "View", ("Y",), lambda s: s.next_shading(),
+            "Light from both sides, clay, or every face by itself"),
+    Command("x-ray", "X-ray", "View", ("X",), lambda s: s.toggle_look("x_ray"),
+            "See through faces", checked=lambda s: s.camera.look.x_ray),
+    Command("wire", "Wire frame", "View", ("W",), lambda s: s.toggle_look("wire"),
+            "Only the edges of triangles", checked=lambda s: s.camera.look.wire),
+)  # fmt: skip
+
 #: A direction (3,).
 Direction = tuple[float, float, float]
 
@@ -32,6 +42,7 @@ def model_commands(
     """
     look, frame, upright, roll = others
     return (
+        *LOOKS,
         Command("model-look", "Next look of the model", "View", (look,),
                 lambda s: s.next_model_look(),
                 "The model solid, transparent, or hidden"),

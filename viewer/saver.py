@@ -13,7 +13,8 @@ from patterndb_sketch.recovery import SessionWriter, WorkKeeper
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.keymap import Effect, KeyMap
-from viewer.picture import Drawn, save_drawn
+from viewer.picture import save_drawn
+from viewer.stage import Drawn
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.label import split_word
 from patterndb.core.polychord import Polychords, polychords
 from patterndb.errors import InvalidCodeError, InvalidMeshError
+from patterndb.verbs import PlotVerbs
 
 
 class PatternJson(TypedDict):
@@ -42,7 +43,7 @@ class PatternJson(TypedDict):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Pattern:
+class Pattern(PlotVerbs):
     """A pattern and what follows from its code. Patterns are equal if their codes are.
 
     id:          63-bit number from the code, the same in every database.

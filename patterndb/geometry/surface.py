@@ -31,6 +31,7 @@ from patterndb.geometry.triangulation import (
     triangulate_faces,
     weld,
 )
+from patterndb.verbs import PlotVerbs
 
 #: A hit along the normal this many times as far as the nearest point is a graze: the line runs
 #: along the surface, and the nearest point is meant.
@@ -137,7 +138,7 @@ class Repairs:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class Surface(PlotVerbs):
     """Triangles that are asked for nearest points and hits of lines; make it once, ask it often.
 
     vertices:  (v, 3) float64.

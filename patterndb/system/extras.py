@@ -58,7 +58,7 @@ EXTRAS = {
         Extra(
             "viewer",
             ("vtkmodules", "pyvista", "matplotlib", "PySide6", "pyvistaqt"),
-            "windows; reading VTK files",
+            "windows; pictures of surfaces; pyvista; reading VTK files",
         ),
         Extra("sketch", ("ortools",), "surfacing networks, retopology, the solver cp-sat"),
         Extra("usd", ("pxr",), "reading USD files"),

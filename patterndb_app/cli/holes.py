@@ -424,8 +424,8 @@ def _answer(
 
 
 def _write(fills: list[HoleFill], output: Path | None, picture: Path | None) -> None:
-    """Write the mesh with the fills, and draw it, in WRITING_SECONDS after the time limit."""
-    with extend_deadline(WRITING_SECONDS):
+    """Write the mesh with the fills, and draw it, some seconds after the time limit at most."""
+    with extend_deadline(WRITING_SECONDS if picture is None else DRAWING_SECONDS):
         if output is not None:
             from ingest.formats import write_mesh
             from query.holes import weld_fills
@@ -438,8 +438,9 @@ def _write(fills: list[HoleFill], output: Path | None, picture: Path | None) -> 
             run_until_late(lambda: draw_holes(picture, fills), "the picture was drawn")
 
 
-#: Seconds after the time limit in which the fills that were found may be written.
-WRITING_SECONDS = 0.25
+#: Seconds after the time limit in which the fills that were found may be written; and drawn, which
+#: begins with loading VTK.
+WRITING_SECONDS, DRAWING_SECONDS = 0.25, 20.0
 
 
 def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:

@@ -512,7 +512,23 @@ def output_option(type: ParamType, help: str, *, required: bool = False) -> Call
 
 def picture_option(help: str) -> Callable[[F], F]:
     """Give a verb --picture, a PNG to draw into."""
-    return click.option("--picture", type=picture_path(".png"), metavar="FILE", help=help)
+    return click.option(
+        "--picture",
+        type=picture_path(".png"),
+        callback=_require_pictures,
+        metavar="FILE",
+        help=help,
+    )
+
+
+def _require_pictures(
+    ctx: click.Context, param: click.Parameter, value: Path | None
+) -> Path | None:
+    """Refuse --picture, as its callback, where nothing in space can be drawn, before any work is
+    done."""
+    if value is not None:
+        require_extra("viewer", param.opts[0], ("vtkmodules", "pyvista", "matplotlib"))
+    return value
 
 
 def view_option(help: str) -> Callable[[F], F]:

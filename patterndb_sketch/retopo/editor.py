@@ -17,6 +17,7 @@ import numpy as np
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface, Triangles
+from patterndb.verbs import PlotVerbs
 from patterndb_sketch.history import DEPTH, History
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.draft.fitting import sample_both_sides
@@ -71,7 +72,7 @@ class Outcome:
 PLANES = 4
 
 
-class Retopology:
+class Retopology(PlotVerbs):
     """A network on a surface, edited by calls of tools.
 
     Windows, scripts and programs use the same calls; "undo" and "redo" are two of them. Every tool

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
+from patterndb.verbs import PlotVerbs
 from patterndb_sketch.curvenetwork.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Sampling
 
@@ -81,7 +82,7 @@ class SurfacePatch:
 
 
 @dataclass(frozen=True, slots=True)
-class Surfacing:
+class Surfacing(PlotVerbs):
     """The surface of a network.
 
     network:   the network.

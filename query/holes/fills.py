@@ -15,6 +15,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, TimeLimitError
 from patterndb.system.deadline import end_by, get_deadline, run_until_late
+from patterndb.verbs import PlotVerbs
 from query.fill import Fill
 from query.holes.loops import Hole
 from query.holes.neighbourhood import find_border_places
@@ -24,7 +25,7 @@ PLACING_SECONDS = 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HoleFill:
+class HoleFill(PlotVerbs):
     """A fill of a hole, in numbers of the mesh.
 
     hole:     what it fills.

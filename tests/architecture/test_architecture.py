@@ -44,7 +44,7 @@ ALLOWED = {
 ENTRY_POINTS = {
     "patterndb": {"ingest", "query", "patterndb_sketch", "patterndb_app.client"},
     "patterndb.notebook": {"query", "viewer"},
-    "patterndb.verbs": {"ingest", "query", "patterndb_sketch"},
+    "patterndb.verbs": {"ingest", "query", "patterndb_sketch", "viewer"},
 }
 
 #: They look upwards, each for the reason that docs/architecture.md gives.

@@ -23,7 +23,7 @@ import pytest
 from patterndb.system.extras import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/tutorial.md", "docs/holes.md", "docs/queries.md")
+PAGES = ("README.md", "docs/tutorial.md", "docs/holes.md", "docs/queries.md", "docs/pyvista.md")
 
 FENCE = re.compile(r"^```(sh|python)( \w+)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 

@@ -39,6 +39,7 @@ PAGES += [
         "holes",
         "database",
         "retopo",
+        "pyvista",
     )
 ]
 ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", ROOT / "benchmarks" / "RESULTS.md"]

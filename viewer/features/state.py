@@ -25,7 +25,6 @@ from viewer.features.pointing import (
 )
 from viewer.features.sliders import SLIDERS, get_slider_value, replace_value
 from viewer.pointer import PIN_REACH, ButtonPress
-from viewer.skin import Skin
 
 #: Seconds that each move of the pointer waits for what it changes: a pin follows it in any case.
 LIVE = 0.02
@@ -59,7 +58,6 @@ class FeatureState(ViewerState[ModelCamera]):
             files,
         )
         super().__init__(ModelCamera(model.vertices), self.editing)
-        self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
         self._press = ButtonPress()
         self._drag: Drag | None = None

@@ -17,7 +17,8 @@ from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
-from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.picture import WINDOW, check_png, save_drawn
+from viewer.stage import Drawn
 
 
 def show(
@@ -78,8 +79,7 @@ def draw(
     size: tuple[int, int] = (1200, 800),
     keys: str = "",
 ) -> FeatureState:
-    """Write a picture of a model and the curves of a session to a PNG, without a window and
-    OpenGL: the same everywhere.
+    """Write a picture of a model and the curves of a session to a PNG, without a window.
 
     size: pixels. keys: pressed first, such as "Tab r" for the ribs of the first curve.
     All else as for :func:`show`.

@@ -2,23 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.fills import filling_of
-from patterndb_sketch.retopo.filling.surface import FilledSurface
-from patterndb_sketch.retopo.network import EVEN
+from patterndb_sketch.retopo.network import EVEN, Density
 from viewer import style
 from viewer.axes import draw_axes, draw_line
-from viewer.camera import View
-from viewer.picture import Drawn, Frame
+from viewer.picture import Frame
 from viewer.retopo import paint
 from viewer.retopo.marks import (
-    AWAY,
     BRUSH,
     CURVE,
     EDGE,
+    EMPTY_DASH,
+    EMPTY_WIDTH,
     FLOW,
     IMAGE,
     INK,
@@ -28,17 +30,28 @@ from viewer.retopo.marks import (
     SNAP,
     WRONG,
     choose_side_colour,
-    cut_runs,
+    make_chain_curves,
     make_empty_marks,
     make_node_marks,
-    make_valence_marks,
-    project_chains,
 )
 from viewer.retopo.pointing import find_visible
 from viewer.retopo.state import RetopoState
 from viewer.scene import Scene
-from viewer.skin import MATTE, Shading, Skin, shade_model
-from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
+from viewer.stage import (
+    AWAY,
+    MATTE,
+    Curves,
+    Drawn,
+    Faces,
+    Layer,
+    LayerCache,
+    Lift,
+    LineLook,
+    SmoothFaces,
+    make_discs,
+    make_rings,
+    make_valence_marks,
+)
 
 #: How much nearer than it is the network is drawn: as a part of the surface's diagonal, as the
 #: released program of Takayama et al. 2013 has it, and in points. Drawing only.
@@ -60,34 +73,35 @@ MARKER = (0.17, 2.6, 6.0)
 LIGHTER = 0.25
 
 
-def measure_lift(state: RetopoState) -> float:
-    """Measure how much nearer than they are curves are drawn, in points."""
-    own = LIFT_POINTS + LIFT * state.surface.diagonal * state.camera.view.scale
+def measure_lift(state: RetopoState) -> Lift:
+    """Measure how much nearer than they are curves are drawn."""
+    own = LIFT * state.surface.diagonal
     if state.quads_shown:
-        own += QUAD_LIFT * state.shown.body.edge * state.camera.view.scale
-    return own
+        own += QUAD_LIFT * state.shown.body.edge
+    return Lift(LIFT_POINTS, own)
 
 
-def draw_quads(
+def measure_quad_lift(state: RetopoState) -> Lift:
+    """Measure how much nearer than they are quads are drawn."""
+    return Lift(0.0, LIFT * state.surface.diagonal + QUAD_LIFT * state.shown.body.edge)
+
+
+def make_quad_layers(
     state: RetopoState,
-    body: FilledSurface,
     stale: frozenset[int],
     lit: int | None,
     density: NDArray[np.float64] | None,
-) -> list[Triangles]:
-    """Draw quads in the colours of their patches, their edges, and irregular vertices.
+    radius: float,
+) -> list[Layer]:
+    """Make quads in the colours of their patches, their edges, and irregular vertices.
 
-    density: (t, 3) at the corners of the body's triangles, None where it is not seen.
+    stale: patches that are left out. lit: the one that is lighter. density: (t, 3) at the corners
+    of the body's triangles, None where it is not seen. radius: of markers, in points.
     """
-    view = state.camera.view
+    body, lift = state.shown.body, measure_quad_lift(state)
     gone = np.fromiter(stale, np.int64, len(stale))
     kept = ~np.isin(body.owner, gone)
     corners, normals = body.corners[kept], body.normals[kept]
-    lift = LIFT * state.surface.diagonal + QUAD_LIFT * body.edge
-    # What faces away is behind the surface, not before it: sheets may be thin.
-    away = normals.mean(axis=1) @ view.axes[2] < 0.0
-    raised = corners + np.where(away, -lift, lift)[:, None, None] * view.axes[2]
-    seen, bright = shade_model(Skin(raised, normals), view, (0.0, 0.0), through=False)
     tints = np.stack(
         [style.parse_colour(choose_side_colour(n)) for n in range(int(body.sides.max()) + 1)]
     )
@@ -95,39 +109,60 @@ def draw_quads(
     tint[body.flipped[kept]] = style.parse_colour(WRONG)
     if lit is not None:
         tint = np.where((body.owner[kept] == lit)[:, None], tint + LIGHTER * (1.0 - tint), tint)
-    colours = np.minimum(bright / style.parse_colour(MATTE) * tint[:, None], 1.0)
-    colours = colours.astype(np.float32)
+    colours = np.repeat(tint[:, None], 3, axis=1).astype(np.float32)
     if density is not None:
         colours = paint.tint(colours, density[kept])
-    parts: list[Triangles] = [(seen, colours)]
-    above = lift * view.scale + 0.8
-    own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
+    # The side that looks away from the surface is the front, of flipped quads, too.
+    own = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    turned = (own * normals.mean(axis=1)).sum(axis=1) < 0.0
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    faces[turned] = faces[turned, ::-1]
+    above = lift.above(0.8)
     # Curves are drawn over the edges along them.
-    own &= ~(body.rims & state.curves_shown)
-    lines = view.seen(body.edges[own])
-    parts.append(make_ribbons(list(lines), EDGE, EDGE_WIDTH, above))
-    radius = float(np.clip(MARKER[0] * body.edge * view.scale, *MARKER[1:]))
-    facing = body.mesh.normals[body.irregular] @ view.axes[2] > AWAY
-    facing &= ~np.isin(body.rim, gone)
-    for valence in np.unique(body.valences[facing]).tolist():
-        here = body.irregular[facing & (body.valences == valence)]
-        places = view.seen(body.mesh.vertices[here])
-        parts += make_valence_marks(places, valence, radius, above + 2.6)
-    return parts
+    shown = ~np.isin(body.of, gone) & ~(body.rims & state.curves_shown)
+    edges = body.edges[shown].reshape(-1, 3)
+    look = LineLook(EDGE, EDGE_WIDTH, above)
+    rim = ~np.isin(body.rim, gone)
+    at = body.irregular[rim]
+    return [
+        Faces(
+            "quads",
+            corners.reshape(-1, 3),
+            faces,
+            point_colours=colours.reshape(-1, 3),
+            normals=normals.reshape(-1, 3),
+            lift=lift,
+            sheets=True,
+        ),
+        Curves("edges", edges, (2,) * (len(edges) // 2), look, body.up[shown].reshape(-1, 3)),
+        *make_valence_marks(
+            "valences",
+            body.mesh.vertices[at],
+            body.valences[rim],
+            radius,
+            above.above(2.6),
+            body.mesh.normals[at],
+        ),
+    ]
 
 
-def draw_remade_quads(quads: Points, view: View, lift: float) -> list[Triangles]:
-    """Draw quads (q, 4, 3) that would be made, over those that are there."""
-    seen = view.seen(quads)
-    around = np.roll(seen, -1, axis=1)
-    # Those that are seen from behind are on the far side.
-    turned = (seen[..., 0] * around[..., 1] - around[..., 0] * seen[..., 1]).sum(axis=1)
-    seen = seen[turned > 0.0]
-    above = np.array([0.0, 0.0, lift + 1.0])
-    faces = (seen + above)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
-    colours = np.broadcast_to(style.parse_colour(REMADE), faces.shape).astype(np.float32)
-    edges = np.stack([seen, np.roll(seen, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-    return [(faces, colours), make_ribbons(list(edges), PREVIEW, REMADE_WIDTH, lift + 2.4)]
+def make_remade_quads(name: str, quads: Points, lift: Lift) -> list[Layer]:
+    """Make quads (q, 4, 3) that would be made, over those that are there."""
+    points = quads.reshape(-1, 3)
+    faces = np.arange(len(points)).reshape(-1, 4)
+    edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2, 3)
+    own = np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1])
+    up = np.repeat(own, 4, axis=0)
+    up /= np.maximum(np.linalg.norm(up, axis=1, keepdims=True), 1e-300)
+    return [
+        Faces(name, points, faces, REMADE, normals=up, lift=lift.above(1.0), sheets=True),
+        Curves.of(
+            f"{name} edges",
+            list(edges),
+            LineLook(PREVIEW, REMADE_WIDTH, lift.above(2.4)),
+            list(np.repeat(up, 2, axis=0).reshape(-1, 2, 3)),
+        ),
+    ]
 
 
 #: The surface below quads is drawn deeper by this part of an edge.
@@ -153,11 +188,7 @@ class RetopoPainter:
     """Composes pictures; what stays the same while only the pointer moves is kept."""
 
     def __init__(self) -> None:
-        self._shading = Shading()
-        self._key: tuple[object, ...] = ()
-        self._kept: list[Triangles] = []
-        self._sunk: tuple[object, ...] = ()
-        self._made = NOTHING
+        self._cache = LayerCache()
         self._surface_paint, self._quad_paint = paint.KeptDensity(), paint.KeptDensity()
 
     def compose(
@@ -166,180 +197,190 @@ class RetopoPainter:
         """The picture of so many points; axes: with those of space in a corner."""
         frame = Frame.of(state.camera, width, height)
         scene, middle = frame.scene, frame.middle
-        model = self._surface(state, middle)
-        solid = frame.solid([*self._network(state), *_pointed(state)], model)
+        layers = [*self._make_surface(state), *self._make_network(state), *_make_pointed(state)]
         _line(scene, state, middle)
         if state.tool.mode.gesture == "count":
             _counts(scene, state, middle)
         if axes:
             draw_axes(scene, state.camera.view.axes, state.camera.upright)
-        return frame.drawn(solid)
+        return frame.drawn(layers)
 
-    def _surface(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
+    def _make_surface(self, state: RetopoState) -> list[Layer]:
         """The surface; what is below quads is deeper than it is, lest it should come through, and
         the half that is only an image is darker."""
-        seen, colours = self._shading.model(
-            state.skin, state.camera.view, state.camera.model_look, middle
+        look, surface, shown = state.camera.model_look, state.surface, state.shown
+        if look == "hidden":
+            return []
+        smooth = self._cache.get(
+            "smooth", (surface,), lambda: SmoothFaces.of(surface.vertices, surface.triangles)
         )
-        shown, plane, quads = state.shown, state.shown.state.plane, state.quads_shown
         painted = state.density_shown and bool(state.network.density.strokes)
-        sunken = quads and len(shown.body.owner) > 0
-        if not len(seen) or not (sunken or painted or plane is not None):
-            return seen, colours
         density = state.network.density if painted else EVEN
-        key = (seen, shown, quads, density)
-        if len(self._sunk) != len(key) or any(
-            a is not b for a, b in zip(key, self._sunk, strict=True)
-        ):
-            self._sunk = key
-            deeper, darker = seen, colours
+        sunken = state.quads_shown and len(shown.body.owner) > 0
+
+        def make() -> list[Layer]:
+            below = np.zeros(len(smooth.faces), np.bool_)
             if sunken:
                 under = shown.body.under
-                gone = np.fromiter(shown.stale(), np.int64)
-                below = ((under >= 0) & ~np.isin(under, gone))[state.surface.triangles]
-                deeper = seen.copy()
-                deeper[..., 2] -= SINK * shown.body.edge * state.camera.view.scale * below
-            if plane is not None:
-                beyond = (plane.heights(state.surface.vertices) < 0.0)[state.surface.triangles]
-                darker = np.where(beyond[..., None], np.float32(DARKER) * colours, colours)
-            if painted:
-                surface = state.surface
-                value = self._surface_paint.at(density, surface.vertices, surface.normals)
-                darker = paint.tint(darker, value[surface.triangles])
-            self._made = deeper, darker
-        return self._made
+                covered = (under >= 0) & ~np.isin(under, np.fromiter(shown.stale(), np.int64))
+                below = covered[smooth.place][smooth.faces].all(axis=1)
+            colours = self._colour_surface(state, density)
+            whole = Faces(
+                "surface",
+                smooth.points,
+                smooth.faces[~below],
+                point_colours=None if colours is None else colours[smooth.place],
+                normals=smooth.normals,
+                faded=look == "through",
+            )
+            if not sunken:
+                return [whole]
+            sunk = Lift(0.0, -SINK * shown.body.edge)
+            under = replace(whole, name="below quads", faces=smooth.faces[below], lift=sunk)
+            return [whole, under]
 
-    def _network(self, state: RetopoState) -> list[Triangles]:
+        inputs = (smooth, shown, look, sunken, density, shown.state.plane)
+        return self._cache.get("surface", inputs, make)
+
+    def _colour_surface(self, state: RetopoState, density: Density) -> NDArray[np.float32] | None:
+        """Colour the surface's vertices (v, 3); None if all are alike."""
+        surface, plane = state.surface, state.shown.state.plane
+        if plane is None and density is EVEN:
+            return None
+        colours = np.tile(style.parse_colour(MATTE).astype(np.float32), (len(surface.vertices), 1))
+        if plane is not None:
+            colours[plane.heights(surface.vertices) < 0.0] *= np.float32(DARKER)
+        if density is not EVEN:
+            value = self._surface_paint.at(density, surface.vertices, surface.normals)
+            colours = paint.tint(colours, value)
+        return colours
+
+    def _make_network(self, state: RetopoState) -> list[Layer]:
         lit = state.tool.patch_under() if state.tool.mode.target == "patch" else None
-        shown = state.shown
-        key = (
-            shown,
-            state.camera.view,
-            state.camera.model_look,
-            state.quads_shown,
-            state.curves_shown,
-            state.density_shown,
-            lit,
-        )
-        if self._key != key:
-            self._key = key
-            parts: list[Triangles] = []
-            if state.quads_shown and len(shown.body.owner):
-                body, density = shown.body, None
-                if state.density_shown:
-                    density = self._quad_paint.at(state.network.density, body.corners, body.normals)
-                parts += draw_quads(state, body, shown.stale(), lit, density)
-            if state.curves_shown:
-                parts += _curves(state)
-                lift, through = measure_lift(state), _through(state)
-                parts.append(
-                    make_empty_marks(
-                        state.network,
-                        state.editing.list_empty(),
-                        state.camera.view,
-                        lift,
-                        through=through,
-                    )
-                )
-            self._kept = parts
-        return self._kept
+        shown, scale = state.shown, state.camera.view.scale
+        radius = float(np.clip(MARKER[0] * shown.body.edge * scale, *MARKER[1:]))
+        layers: list[Layer] = []
+        if state.quads_shown and len(shown.body.owner):
+            density = state.network.density if state.density_shown else None
+
+            def make() -> list[Layer]:
+                corners, normals = shown.body.corners, shown.body.normals
+                value = None if density is None else self._quad_paint.at(density, corners, normals)
+                return make_quad_layers(state, shown.stale(), lit, value, radius)
+
+            inputs = (shown, state.curves_shown, density, lit, radius)
+            layers += self._cache.get("quads", inputs, make)
+        if state.curves_shown:
+            through, lift = _through(state), measure_lift(state)
+            inputs = (shown, state.network, state.quads_shown, through, scale)
+            layers += self._cache.get("curves", inputs, lambda: _make_curves(state))
+            # Their halves lie as they are seen.
+            layers += make_node_marks(
+                state.network, state.camera.view, lift.above(1.5), through=through
+            )
+            look = LineLook(WRONG, EMPTY_WIDTH, lift, EMPTY_DASH / scale)
+            layers.append(
+                make_empty_marks(state.network, state.editing.list_empty(), look, through=through)
+            )
+        return layers
 
 
 def _through(state: RetopoState) -> bool:
     return state.camera.model_look != "solid"
 
 
-def _curves(state: RetopoState) -> list[Triangles]:
-    """The network: its curves, corners and ends, and the lines that quads follow."""
-    network, view = state.network, state.camera.view
-    through, lift = _through(state), measure_lift(state)
+def _make_curves(state: RetopoState) -> list[Layer]:
+    """Make the network's curves, their images, and the lines that quads follow."""
+    network, through, lift = state.network, _through(state), measure_lift(state)
     plain = [chain for chain in network.chains.values() if not chain.marked]
     marked = [chain for chain in network.chains.values() if chain.marked]
-    parts = [
-        make_ribbons(project_chains(plain, view, through=through), CURVE, CURVE_WIDTH, lift),
-        make_ribbons(project_chains(marked, view, through=through), MARKED, CURVE_WIDTH, lift),
+    layers: list[Layer] = [
+        make_chain_curves("curves", plain, LineLook(CURVE, CURVE_WIDTH, lift), through=through),
+        make_chain_curves("marked", marked, LineLook(MARKED, CURVE_WIDTH, lift), through=through),
     ]
     plane = state.shown.state.plane
-    if plane is not None:
-        images: list[Points] = []
-        for chain in plain:
-            facing = plane.mirror_directions(chain.normals) @ view.axes[2] > AWAY
-            line = plane.mirror(chain.round)
-            facing = np.concatenate([facing, facing[:1]]) if chain.is_closed_loop else facing
-            images += cut_runs(view.seen(line), facing | through)
-        parts.append(make_ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))
+    if plane is not None and len(layers[0].points):
+        own = layers[0]
+        up = None if own.normals is None else plane.mirror_directions(own.normals)
+        look = LineLook(IMAGE, 0.8 * CURVE_WIDTH, lift)
+        layers.append(Curves("images", plane.mirror(own.points), own.sizes, look, up))
     flows = [flow.points for patch in network.patches.values() for flow in filling_of(patch).flows]
-    for line in flows:
-        up = state.surface.nearest(line).normals @ view.axes[2] > AWAY
-        for part in cut_runs(view.seen(line), up | through):
-            parts.append(make_ribbons(dash_line(part, DASH), FLOW, 2.4, lift + 0.5))
-    return parts + make_node_marks(network, view, lift + 1.5, through=through)
+    look = LineLook(FLOW, 2.4, lift.above(0.5), DASH / state.camera.view.scale)
+    layers.append(_make_laid("flows", state, flows, look))
+    return layers
 
 
-def _pointed(state: RetopoState) -> list[Triangles]:
-    """What is under the pointer, what is drawn, and what would be made."""
-    view, lift = state.camera.view, measure_lift(state)
-    parts: list[Triangles] = []
-    lit = state.tool.patch_under() if state.tool.mode.target == "patch" else None
+def _make_laid(name: str, state: RetopoState, lines: Sequence[Points], look: LineLook) -> Curves:
+    """Make curves of lines (k, 3) on the surface; what faces away is left out."""
+    normals = None
+    if not _through(state):
+        normals = [state.surface.nearest(line).normals for line in lines]
+    return Curves.of(name, lines, look, normals)
+
+
+def _make_pointed(state: RetopoState) -> list[Layer]:
+    """Make what is under the pointer, what is drawn, and what would be made."""
+    view, lift, tool = state.camera.view, measure_lift(state), state.tool
+    layers: list[Layer] = []
+    lit = tool.patch_under() if tool.mode.target == "patch" else None
     patch = None if lit is None else state.network.patches.get(lit)
     if patch is not None and state.quads_shown:
         around = [state.network.chains[half >> 1] for half in patch.loop]
-        lines = project_chains(around, view, through=_through(state))
-        parts.append(make_ribbons(lines, style.SELECTED, CURVE_WIDTH + 1.6, lift + 0.8))
-    meant = [state.network.chains[chain] for chain in state.tool.chains_meant()]
-    if meant:
-        lines = project_chains(meant, view, through=True)
-        colour = style.SELECTED
-        parts.append(make_ribbons(lines, colour, CURVE_WIDTH + 2.2, lift + 0.8))
+        look = LineLook(style.SELECTED, CURVE_WIDTH + 1.6, lift.above(0.8))
+        layers.append(make_chain_curves("patch", around, look, through=_through(state)))
+    meant = [state.network.chains[chain] for chain in tool.chains_meant()]
+    look = LineLook(style.SELECTED, CURVE_WIDTH + 2.2, lift.above(0.8))
+    layers.append(make_chain_curves("meant", meant, look, through=True))
     if state.quads_shown:
-        parts += _strips(state, view, lift)
-    preview, mirror = state.tool.preview, state.tool.mirror
-    if preview is not None:
-        for curve in preview.curves:
-            parts.append(
-                make_ribbons([view.seen(curve)], style.PAPER, PREVIEW_WIDTH + 2.2, lift + 1.0)
-            )
-            parts.append(make_ribbons([view.seen(curve)], PREVIEW, PREVIEW_WIDTH, lift + 2.4))
-            if (image := mirror(curve)) is not None:
-                parts.append(make_ribbons([view.seen(image)], PREVIEW, IMAGE_WIDTH, lift + 2.0))
-        if preview.quads is not None:
-            parts += draw_remade_quads(preview.quads, view, lift)
-            if (image := mirror(preview.quads)) is not None:
-                # Turned over, as the quads of the image are.
-                parts += draw_remade_quads(image[:, ::-1], view, lift)
-        if preview.corners is not None:
-            places = view.seen(preview.corners)
-            parts.append(make_discs(places, style.PAPER, 5.4, lift + 4.0))
-            parts.append(make_discs(places, PREVIEW, 4.2, lift + 4.5))
-    if len(state.tool.line) > 1 and state.tool.holding and state.tool.mode.gesture != "corner":
-        colour = FLOW if state.tool.mode.gesture == "within" else INK
-        line = np.stack(state.tool.line)
-        parts.append(make_ribbons([view.seen(line)], colour, INK_WIDTH, lift + 2.0))
-        if (image := mirror(line)) is not None:
-            parts.append(make_ribbons([view.seen(image)], colour, IMAGE_WIDTH, lift + 1.6))
-    snaps = state.tool.snaps()
+        for line, colour in zip(tool.strips_under(), style.STRANDS, strict=False):
+            rim = LineLook(style.PAPER, STRAND_WIDTH + 2.0, lift.above(0.6))
+            look = LineLook(colour, STRAND_WIDTH, lift.above(1.2))
+            layers.append(_make_laid(f"strip rim {colour}", state, [line], rim))
+            layers.append(_make_laid(f"strip {colour}", state, [line], look))
+    layers += _make_preview(state)
+    if len(tool.line) > 1 and tool.holding and tool.mode.gesture != "corner":
+        colour = FLOW if tool.mode.gesture == "within" else INK
+        line = np.stack(tool.line)
+        layers.append(Curves.of("drawn", [line], LineLook(colour, INK_WIDTH, lift.above(2.0))))
+        if (image := tool.mirror(line)) is not None:
+            look = LineLook(colour, IMAGE_WIDTH, lift.above(1.6))
+            layers.append(Curves.of("drawn image", [image], look))
+    snaps = tool.snaps()
     if snaps:
-        parts.append(make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
-    middle, brush = state.tool.brush_at, state.tool.brush
+        layers.append(make_rings("snaps", np.stack(snaps), SNAP, RING, lift.above(5.0)))
+    middle, brush = tool.brush_at, tool.brush
     if brush > 0.0 and middle is not None:
         x, y = np.cos(t := np.linspace(0.0, 2.0 * np.pi, CIRCLE)), np.sin(t)
         # A circle that faces the viewer: on the surface it would hide behind what is round.
-        at = view.seen(middle)
-        ring = at + brush * view.scale * np.stack([x, y, 0.0 * x], axis=1)
-        ring[:, 2] = at[2] + brush * view.scale
-        parts.append(make_ribbons(dash_line(ring, 4.0), BRUSH, 1.4, lift))
-    return parts
+        ring = middle + brush * np.stack([x, y], axis=1) @ view.axes[:2]
+        look = LineLook(BRUSH, 1.4, Lift(lift.points, lift.space + brush), 4.0 / view.scale)
+        layers.append(Curves.of("brush", [ring], look))
+    return layers
 
 
-def _strips(state: RetopoState, view: View, lift: float) -> list[Triangles]:
-    """The strands of quads through the pointer, each in a colour of its own."""
-    parts: list[Triangles] = []
-    for line, colour in zip(state.tool.strips_under(), style.STRANDS, strict=False):
-        up = state.surface.nearest(line).normals @ view.axes[2] > AWAY
-        for run in cut_runs(view.seen(line), up | _through(state)):
-            parts.append(make_ribbons([run], style.PAPER, STRAND_WIDTH + 2.0, lift + 0.6))
-            parts.append(make_ribbons([run], colour, STRAND_WIDTH, lift + 1.2))
-    return parts
+def _make_preview(state: RetopoState) -> list[Layer]:
+    """Make what would be made."""
+    preview, mirror, lift = state.tool.preview, state.tool.mirror, measure_lift(state)
+    if preview is None:
+        return []
+    layers: list[Layer] = []
+    images = [image for curve in preview.curves if (image := mirror(curve)) is not None]
+    for name, lines, colour, width, raised in (
+        ("preview rim", preview.curves, style.PAPER, PREVIEW_WIDTH + 2.2, 1.0),
+        ("preview image", images, PREVIEW, IMAGE_WIDTH, 2.0),
+        ("preview", preview.curves, PREVIEW, PREVIEW_WIDTH, 2.4),
+    ):
+        layers.append(Curves.of(name, lines, LineLook(colour, width, lift.above(raised))))
+    if preview.quads is not None:
+        layers += make_remade_quads("remade", preview.quads, lift)
+        if (image := mirror(preview.quads)) is not None:
+            # Turned over, as the quads of the image are.
+            layers += make_remade_quads("remade image", image[:, ::-1], lift)
+    if preview.corners is not None:
+        at = preview.corners
+        layers.append(make_discs("corner rims", at, style.PAPER, 5.4, lift.above(4.0)))
+        layers.append(make_discs("corners made", at, PREVIEW, 4.2, lift.above(4.5)))
+    return layers
 
 
 def _line(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None:

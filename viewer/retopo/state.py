@@ -18,7 +18,6 @@ from viewer.pointer import CLICK
 from viewer.retopo.aiming import ToolPointer
 from viewer.retopo.modes import ToolMode, ToolOption
 from viewer.retopo.pointing import RetopoCamera, pick_line
-from viewer.skin import Skin
 
 #: By how much a key changes a brush, and how far brushes go, as parts of the usual size.
 WIDER, BRUSHES = 1.15, (0.1, 6.0)
@@ -50,8 +49,6 @@ class RetopoState(ViewerState[RetopoCamera]):
         self.quads_shown = self.curves_shown = True
         self._tool_kept: ToolMode | None = None
         self._preview: Preview | None = None
-        corners = editor.surface.vertices[editor.surface.triangles]
-        self.skin = Skin.of(corners, editor.surface.triangles)
 
     def close(self) -> None:
         """Wait until nothing is being made any more."""

@@ -14,12 +14,13 @@ from patterndb_sketch.retopo.script import Script
 from patterndb_sketch.retopo.session import RetopoSession, autosave_session
 from viewer import saver, style
 from viewer.facts import FactSheet
-from viewer.picture import WINDOW, Drawn, check_png, save_sheet
+from viewer.picture import WINDOW, check_png, save_sheet
 from viewer.retopo.facts import describe_network, tell_hint
 from viewer.retopo.keys import COMMANDS, KEYS
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import find_side
 from viewer.retopo.state import RetopoState
+from viewer.stage import Drawn
 
 #: Where the name of a side is written, and its size, in points.
 SIDE_AT, SIDE_SIZE = (12.0, 12.0), 13.0
@@ -86,8 +87,7 @@ def draw(
     keys: str = "",
     title: str = "",
 ) -> None:
-    """Write a picture of an editor's network and its quads to a PNG, without a window and
-    OpenGL: the same everywhere.
+    """Write a picture of an editor's network and its quads to a PNG, without a window.
 
     toward: (3,) the direction from the surface to the viewer, None for one from the front left
     and above. sides: names of :data:`~viewer.retopo.pointing.VIEW_SIDES`; each is drawn, in place

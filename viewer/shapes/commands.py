@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from viewer.commands import Command
 from viewer.keymap import Effect, KeyMap
-from viewer.modelcommands import RECOVER
+from viewer.modelcommands import LOOKS, RECOVER
 from viewer.shapes.state import ShapesState
 
 #: Standard deviations that an arrow key changes a mode by.
@@ -70,6 +70,7 @@ COMMANDS: tuple[Command[ShapesState], ...] = (
     Command("random", "Random shape", "Shape", ("r",), _idle(lambda s: s.shaping.sample()),
             "A shape as likely as the training shapes", bar=True),
     RECOVER,
+    *LOOKS,
     Command("ghost", "Next ghost", "View", ("g",), lambda s: s.shaping.next_ghost(),
             "Show no other shape behind this one, the mean, or a training shape"),
     Command("show-curves", "Curves", "View", ("w",), lambda s: s.toggle("curves_shown"),

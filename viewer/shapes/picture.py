@@ -9,11 +9,11 @@ from patterndb_sketch.features.shapemodel.shaping import ShapeLine
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
-from viewer.picture import Drawn, Frame
+from viewer.picture import Frame
 from viewer.scene import HIGHLIGHT_LINE, Scene
 from viewer.shapes.sight import ShapeInView
 from viewer.shapes.state import ShapesState
-from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons, turn_to_viewer
+from viewer.stage import Curves, Drawn, Faces, Layer, LayerCache, Lift, LineLook, make_discs
 
 #: Faces seen from outside and from inside.
 CLAY, INSIDE = "#dedad3", "#b4afa8"
@@ -31,15 +31,9 @@ WIDTH, HOT_WIDTH = 3.2, 5.0
 EDGE_WIDTH, OUTLINE_WIDTH, GHOST_WIDTH, TARGET_WIDTH = 0.8, 1.3, 1.5, 2.2
 PIN = (6.4, 3.0)
 
-#: How much nearer than what they lie on things are drawn, in points; ABOVE is above everything.
-EDGE_LIFT, OUTLINE_LIFT, LIFT, HOT_LIFT, PIN_LIFT = 1.2, 1.4, 3.0, 4.5, 6.0
+#: How much nearer than what they lie on things are drawn.
+EDGE_LIFT, OUTLINE_LIFT, LIFT, HOT_LIFT, PIN_LIFT = (Lift(n) for n in (1.2, 1.4, 3.0, 4.5, 6.0))
 DASH = 7.0
-
-#: Where the light comes from, seen by the viewer; how much of it is everywhere, comes from above,
-#: and from there; and how dark is what turns away from the viewer.
-LIGHT = np.array([-0.1, 0.55, 0.83]) / np.linalg.norm([-0.1, 0.55, 0.83])
-EVERYWHERE, SKY, SUN = 0.52, 0.20, 0.36
-RIM = 0.78
 
 #: Height of a line below the shape, in points.
 CAPTION = 40.0
@@ -48,17 +42,22 @@ CAPTION = 40.0
 LETTER = 8.2
 
 
-def compose_shape(state: ShapesState, width: float, height: float, caption: str = "") -> Drawn:
+def compose_shape(
+    state: ShapesState,
+    width: float,
+    height: float,
+    caption: str = "",
+    cache: LayerCache | None = None,
+) -> Drawn:
     """Compose the picture of so many points, with the name of the curve at the pointer.
 
-    caption: a line below the shape.
+    caption: a line below the shape. cache: of the last picture of this state.
     """
     frame = Frame.of(state.camera, width, height, CAPTION if caption else 0.0)
-    scene, solid = frame.scene, frame.solid(_parts(state))
     if caption:
-        scene.text(width / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
-    _label(scene, state, frame.middle)
-    return frame.drawn(solid)
+        frame.scene.text(width / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
+    _label(frame.scene, state, frame.middle)
+    return frame.drawn(_make_layers(state, LayerCache() if cache is None else cache))
 
 
 def choose_line_colour(state: ShapesState, line: ShapeLine) -> str:
@@ -66,67 +65,64 @@ def choose_line_colour(state: ShapesState, line: ShapeLine) -> str:
     return HELD if line.name in state.shaping.choice.held else PARTS[line.part % len(PARTS)]
 
 
-def _parts(state: ShapesState) -> list[Triangles]:
-    sight = state.sight
-    above = float(np.ptp(sight.seen[:, 2])) + 50.0
-    parts: list[Triangles] = [NOTHING, _faces(sight)]
+def _make_layers(state: ShapesState, cache: LayerCache) -> list[Layer]:
+    sight, view = state.sight, state.camera.view
+    layers: list[Layer] = [cache.get("faces", (sight.points,), lambda: _make_faces(sight))]
     if state.edges_shown:
-        parts.append(_bands(sight.seen[state.skin.edges], EDGE, EDGE_WIDTH, EDGE_LIFT))
-    parts.append(_bands(sight.outline, OUTLINE, OUTLINE_WIDTH, OUTLINE_LIFT))
+        look = LineLook(EDGE, EDGE_WIDTH, EDGE_LIFT)
+        edges = sight.points[state.skin.edges]
+        layers.append(cache.get("edges", (sight.points,), lambda: Curves.of("edges", edges, look)))
+    outline = sight.view.unseen(sight.outline)
+    layers.append(Curves.of("outline", outline, LineLook(OUTLINE, OUTLINE_WIDTH, OUTLINE_LIFT)))
     if state.curves_shown:
-        parts += _curves(state, sight)
+        layers += _make_curves(state, sight)
+    # Above everything.
+    above = 2.0 * float(np.linalg.norm(np.ptp(sight.points, axis=0)))
     ghost = state.ghost_sight
     if ghost is not None:
-        parts.append(make_ribbons(ghost.drawing, GHOST, GHOST_WIDTH, above))
+        lines = [view.unseen(line) for line in ghost.drawing]
+        layers.append(Curves.of("ghost", lines, LineLook(GHOST, GHOST_WIDTH, Lift(0.0, above))))
     if state.shaping.pulled is not None:
-        seen = state.camera.view.seen(state.shaping.pulled.wanted)
-        parts.append(make_ribbons(dash_line(seen, DASH), GRABBED, TARGET_WIDTH, 2.0 * above))
-    return parts
+        look = LineLook(GRABBED, TARGET_WIDTH, Lift(50.0, above), DASH / view.scale)
+        layers.append(Curves.of("target", [state.shaping.pulled.wanted], look))
+    return layers
 
 
-def _faces(sight: ShapeInView) -> Triangles:
-    """The faces as of matte clay, on both sides."""
-    skin, axes = sight.skin, sight.view.axes
-    seen = sight.seen[skin.vertices]
-    normals = (sight.normals @ axes.T)[skin.corners]
-    normals, away = turn_to_viewer(seen, normals)
-    base = np.where(away[:, None], style.parse_colour(INSIDE), style.parse_colour(CLAY))
-    sun = np.clip(normals @ LIGHT, 0.0, 1.0)
-    bright = EVERYWHERE + SKY * (0.5 + 0.5 * normals[..., 1]) + SUN * sun
-    facing = np.clip(normals[..., 2], 0.0, 1.0)
-    bright *= RIM + (1.0 - RIM) * np.sqrt(facing)
-    return seen, np.clip(base[:, None] * bright[..., None], 0.0, 1.0).astype(np.float32)
+def _make_faces(sight: ShapeInView) -> Faces:
+    """Make the faces, as of matte clay, on both sides."""
+    skin = sight.skin
+    points = sight.points[skin.quads.ravel()]
+    return Faces("shape", points, skin.corners, CLAY, normals=sight.normals, back=INSIDE)
 
 
-def _bands(ends: Points, colour: str, width: float, lift: float) -> Triangles:
-    """Straight bands (e, 2, 3)."""
-    return make_ribbons(list(ends), colour, width, lift)
-
-
-def _curves(state: ShapesState, sight: ShapeInView) -> list[Triangles]:
-    """Curves in their parts' colours, those that are held with pins."""
+def _make_curves(state: ShapesState, sight: ShapeInView) -> list[Layer]:
+    """Make curves in their parts' colours, those that are held with pins."""
     hot, grabbed = state.line_under(), state.grabbed
     by_colour: dict[str, list[Points]] = {}
     pins: list[Points] = []
-    parts: list[Triangles] = []
+    layers: list[Layer] = []
     for number, line in enumerate(state.skin.lines):
-        seen = sight.lines[number]
+        at = sight.points[line.vertices]
         colour = choose_line_colour(state, line)
         if number == hot:
             if grabbed == number:
                 colour = GRABBED
-            parts.append(make_ribbons([seen], style.PAPER, HOT_WIDTH + 2.6, HOT_LIFT - 0.7))
-            parts.append(make_ribbons([seen], colour, HOT_WIDTH, HOT_LIFT))
+            rim = LineLook(style.PAPER, HOT_WIDTH + 2.6, HOT_LIFT.above(-0.7))
+            layers.append(Curves.of("rim", [at], rim))
+            layers.append(Curves.of("hot", [at], LineLook(colour, HOT_WIDTH, HOT_LIFT)))
         else:
-            by_colour.setdefault(colour, []).append(seen)
+            by_colour.setdefault(colour, []).append(at)
         if line.name in state.shaping.choice.held:
-            pins.append(seen[[0, len(seen) // 2, -1]])
-    parts += [make_ribbons(lines, colour, WIDTH, LIFT) for colour, lines in by_colour.items()]
+            pins.append(at[[0, len(at) // 2, -1]])
+    layers += [
+        Curves.of(f"curves {colour}", lines, LineLook(colour, WIDTH, LIFT))
+        for colour, lines in by_colour.items()
+    ]
     if pins:
         at = np.concatenate(pins)
-        parts.append(make_discs(at, HELD, PIN[0], PIN_LIFT))
-        parts.append(make_discs(at, style.PAPER, PIN[1], PIN_LIFT + 1.0))
-    return parts
+        layers.append(make_discs("pins", at, HELD, PIN[0], PIN_LIFT))
+        layers.append(make_discs("heads", at, style.PAPER, PIN[1], PIN_LIFT.above(1.0)))
+    return layers
 
 
 def _label(scene: Scene, state: ShapesState, middle: tuple[float, float]) -> None:

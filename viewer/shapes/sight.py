@@ -10,13 +10,16 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import find_nearest_on
+from patterndb.geometry.surface import Surface
 from viewer.camera import View
+from viewer.retopo.pointing import pick_surface
 from viewer.shapes.skin import ShapeSkin
-from viewer.solid import Solid, spread_farthest
 
-#: What is so much deeper than the surface in front of it, in points, is still in sight: a curve
-#: lies on the surface, which is looked up at pixels.
+#: What is so much deeper than the surface in front of it, in points, is still in sight.
 DEEP = 2.0
+
+#: Where the surface is looked up around a place, in points.
+AROUND = np.array([(0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 
 #: Polylines are cut so finely to see where they vanish, in points.
 STEP = 2.0
@@ -74,25 +77,22 @@ class ShapeInView:
         return self.view.seen(lines)
 
     @cached_property
-    def _depth(self) -> NDArray[np.float32]:
-        """(height, width) how near the surface is at every point of the view; beside its rim as
-        far off as what is behind."""
-        corners = (self.seen + self._shift)[self.skin.vertices]
-        solid = Solid(corners, np.zeros(corners.shape, np.float32), 0.0)
-        return spread_farthest(solid.image(*self.room, 1.0)[1])
-
-    @property
-    def _shift(self) -> Points:
-        return np.array([self.room[0] / 2.0, self.room[1] / 2.0, 0.0])
+    def _surface(self) -> Surface:
+        """What hides curves."""
+        return Surface(self.points, self.skin.vertices.astype(np.int32))
 
     def visible(self, seen: Points) -> NDArray[np.bool_]:
-        """(...) which of (..., 3) places, as seen from the middle of the view, are in sight."""
-        rows, columns = self._depth.shape
-        x, y, near = np.moveaxis(seen + self._shift, -1, 0)
-        i, j = (np.floor(place).astype(np.int64) for place in (rows - y, x))
-        inside = (i >= 0) & (i < rows) & (j >= 0) & (j < columns)
-        depth = self._depth[np.clip(i, 0, rows - 1), np.clip(j, 0, columns - 1)]
-        return inside & (near >= depth - DEEP)
+        """(...) which of (..., 3) places, as seen from the middle of the view, are in sight: the
+        surface is no nearer there, or a point beside, where it may turn away."""
+        flat = seen.reshape(-1, 3)
+        front = np.full(len(flat), np.inf)
+        for offset in AROUND:
+            feet = pick_surface(self.view, self._surface, flat[:, :2] + offset)
+            near = np.where(feet.found, self.view.seen(feet.points)[:, 2], -np.inf)
+            front = np.minimum(front, near)
+        half = np.array(self.room) / 2.0
+        inside = (np.abs(flat[:, :2]) <= half).all(axis=1)
+        return (inside & (flat[:, 2] >= front - DEEP)).reshape(seen.shape[:-1])
 
     def nearest(self, x: float, y: float, within: float) -> Near | None:
         """The curve in sight that is nearest to a place of the view, None if none is so near."""

@@ -20,11 +20,12 @@ from patterndb_sketch.sessions import digest_arrays
 from viewer import saver
 from viewer.commands import Command
 from viewer.facts import FactSheet
-from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.picture import WINDOW, check_png, save_drawn
 from viewer.saver import SaveWay
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.state import ShapesState
+from viewer.stage import Drawn, LayerCache
 
 
 def write_shape(path: Path, shaping: Shaping) -> None:
@@ -89,7 +90,7 @@ def draw(
     keys: str = "",
     caption: str = "",
 ) -> None:
-    """Write a picture of a shape to a PNG, without a window and OpenGL.
+    """Write a picture of a shape to a PNG, without a window.
 
     path: where to; size: its pixels. caption: a line below the shape.
     All else as for :func:`show`. The same input gives the same picture.
@@ -116,6 +117,7 @@ class ShapesSaver(saver.Saver):
 
     def __init__(self, state: ShapesState, output: Path | None, size: tuple[int, int]) -> None:
         super().__init__(state, KEYS, size)
+        self._cache = LayerCache()
         self._output = output
         if output is not None:
             self.known.note(output)
@@ -138,7 +140,7 @@ class ShapesSaver(saver.Saver):
         return self.state.shaping.choice
 
     def draw_live(self, width: float, height: float) -> Drawn:
-        return compose_shape(self.state, width, height)
+        return compose_shape(self.state, width, height, cache=self._cache)
 
     def describe(self, sheet: FactSheet) -> None:
         describe_shape(sheet, self.state)

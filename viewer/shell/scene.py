@@ -1,16 +1,14 @@
 """The picture of a window: a pyvista scene in a Qt widget, and text over it.
 
-A composed picture (:class:`viewer.picture.Drawn`) has a point for every logical pixel: shaded
-triangles, flat polygons in layers before them, and text. Triangles and polygons go to VTK, each
-in one actor whose arrays are replaced; text is painted by Qt over them, sharp at any density.
+A composed picture (:class:`viewer.picture.Drawn`) has a point for every logical pixel: layers in
+space, flat polygons before them, and text. VTK shows layers and polygons (:mod:`viewer.stage`);
+text is painted by Qt over them, sharp at any density.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
 from PySide6.QtCore import QElapsedTimer, QEvent, QPointF, Qt, QTimer, Signal
 from PySide6.QtGui import (
     QColor,
@@ -29,8 +27,8 @@ from pyvistaqt import QtInteractor
 
 from viewer import style
 from viewer.painting import Text
-from viewer.picture import Drawn
-from viewer.scene import Scene, ScenePolygons
+from viewer.scene import Scene
+from viewer.stage import Drawn, LayerStage
 
 #: Milliseconds between two pictures: what an event changes is drawn with all that came by then.
 BETWEEN_PICTURES = 33
@@ -38,9 +36,6 @@ BETWEEN_PICTURES = 33
 #: Where OpenGL takes longer than so many milliseconds for a picture (it is software there), edges
 #: are smoothed only when nothing has changed for so many: that takes a third of a picture's time.
 SLOW, STILL = 16, 200
-
-#: Distance between layers of polygons, and from the nearest thing to the camera; any will do.
-LAYER, CAMERA = 1e-3, 10.0
 
 #: What a wheel tells for one click of it.
 WHEEL_CLICK = 120.0
@@ -75,11 +70,11 @@ class SceneView(QtInteractor):
         super().__init__(parent, auto_update=False, multi_samples=0)
         self.state = state
         self._shifting: QPointF | None = None
-        self._ground, self._solid, self._flat = (TriangleActor(self) for _ in range(3))
+        self._stage = LayerStage(self, texts=False)
+        self._drawn: Drawn | None = None
         self._texts = TextOverlay(self)
         # Not by pyvista's own way, which makes a window of its own to see what VTK can do.
         self.renderer.SetUseFXAA(True)
-        self.enable_parallel_projection()
         self.set_ground(dark=False)
         for event in ("KeyPressEvent", "CharEvent"):
             self.iren.interactor.RemoveObservers(event)
@@ -107,7 +102,9 @@ class SceneView(QtInteractor):
             self._slow = clock.elapsed() > SLOW
 
     def _smooth(self) -> None:
-        """Draw once more, with smooth edges."""
+        """Draw once more, all of it and with smooth edges."""
+        if self._drawn is not None:
+            self._stage.show(self._drawn, self.devicePixelRatioF())
         self.renderer.SetUseFXAA(True)
         self.update()
 
@@ -131,28 +128,12 @@ class SceneView(QtInteractor):
 
     def show_picture(self, drawn: Drawn) -> None:
         """Replace what was there; it is seen with the next frame."""
-        scene, solid = drawn.scene, drawn.solid
-        self._ground.show_triangles(*solid.ground)
-        count = len(solid.ground[0])
-        self._solid.show_triangles(solid.corners[count:], solid.colours[count:])
-        low, high = merge_ranges(self._ground.depths, self._solid.depths)
-        # All of it lies behind the layers.
-        self._ground.sink(high + 1.0)
-        self._solid.sink(high + 1.0)
-        depth = high - low + 1.0
-        self._flat.show_triangles(*fan_polygons(scene.patches))
-        x, y = scene.width / 2.0, scene.height / 2.0
-        # Not by pyvista's properties, each of which looks how large all of the scene is.
-        camera: Any = self.renderer.GetActiveCamera()
-        front = CAMERA + LAYER * len(scene.patches)
-        camera.SetPosition(x, y, front)
-        camera.SetFocalPoint(x, y, 0.0)
-        camera.SetViewUp(0.0, 1.0, 0.0)
-        camera.SetParallelScale(y)
-        camera.SetClippingRange(0.5, front + depth + 1.0)
-        self._texts.show_texts(scene)
+        turning = self._drawn is not None and drawn.view is not self._drawn.view
+        self._drawn = drawn
+        whole = self._stage.show(drawn, self.devicePixelRatioF(), turning=turning)
+        self._texts.show_texts(drawn.scene)
         self.renderer.SetUseFXAA(not self._slow)
-        if self._slow:
+        if self._slow or not whole:
             self._still.start()
         self.update()
 
@@ -238,97 +219,6 @@ class SceneView(QtInteractor):
         super().resizeEvent(event)
         self._texts.resize(event.size())
         self.ask_picture()
-
-
-class TriangleActor:
-    """Triangles of one colour at each corner, in one actor of a plotter, replaced as a whole.
-
-    depths: the least and the greatest third coordinate; None without triangles.
-    """
-
-    def __init__(self, plotter: Any) -> None:
-        import pyvista as pv
-
-        self._plotter = plotter
-        self._mesh: Any = pv.PolyData()
-        self._actor: Any = None
-        self._shown: tuple[NDArray[Any], NDArray[Any]] | None = None
-        self.depths: tuple[float, float] | None = None
-
-    def show_triangles(self, corners: NDArray[Any], colours: NDArray[Any]) -> None:
-        """Show these instead: corners (t, 3, 3), colours (t, 3, 3) from 0 to 1. Nothing is done
-        if they are the very arrays that are shown."""
-        import pyvista as pv
-
-        before = self._shown
-        if before is not None and before[0] is corners and before[1] is colours:
-            return
-        self._shown = corners, colours
-        count = len(corners)
-        self.depths = None
-        if self._actor is None:
-            if not count:
-                return
-            self._mesh = pv.PolyData()
-        if count:
-            near = corners[..., 2]
-            self.depths = float(near.min()), float(near.max())
-            points = np.ascontiguousarray(corners.reshape(-1, 3), np.float32)
-            shades = np.clip(colours.reshape(-1, 3) * 255.0 + 0.5, 0.0, 255.0).astype(np.uint8)
-            if before is not None and count == len(before[0]):
-                self._mesh.points = points
-            else:
-                faces = np.arange(3 * count).reshape(count, 3)
-                self._mesh.copy_from(pv.PolyData.from_regular_faces(points, faces))
-            self._mesh.point_data.set_array(shades, "colour")
-        if self._actor is None:
-            self._actor = self._plotter.add_mesh(
-                self._mesh,
-                scalars="colour",
-                rgb=True,
-                lighting=False,
-                reset_camera=False,
-                render=False,
-                copy_mesh=False,
-            )
-        self._actor.SetVisibility(bool(count))
-
-    def sink(self, depth: float) -> None:
-        """Show all of it so much deeper than it is."""
-        if self._actor is not None:
-            self._actor.SetPosition(0.0, 0.0, -depth)
-
-
-def merge_ranges(*ranges: tuple[float, float] | None) -> tuple[float, float]:
-    """Find the least and the greatest of some ranges; 0 and 0 if there are none."""
-    kept = [one for one in ranges if one is not None]
-    return (min(low for low, _ in kept), max(high for _, high in kept)) if kept else (0.0, 0.0)
-
-
-def fan_polygons(patches: list[ScenePolygons]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Cut polygons into triangles about their middles: (t, 3, 3) corners and (t, 3, 3) colours.
-
-    Later layers are nearer. What is painted over a scene (lines, discs, stars, boxes) is seen
-    whole from its middle; a polygon that is not would be filled beyond its outline.
-    """
-    corners: list[NDArray[Any]] = [np.zeros((0, 3, 3))]
-    colours: list[NDArray[Any]] = [np.zeros((0, 3, 3))]
-    for layer, patch in enumerate(patches):
-        outline = patch.corners
-        n, c = outline.shape[:2]
-        if c == 3:
-            flat = outline[:, None]
-        elif c == 4:
-            flat = outline[:, [[0, 1, 2], [0, 2, 3]]]
-        else:
-            middle = np.broadcast_to(outline.mean(axis=1, keepdims=True), outline.shape)
-            flat = np.stack([middle, outline, np.roll(outline, -1, axis=1)], axis=2)
-        flat = flat.reshape(-1, 3, 2)
-        z = np.full((*flat.shape[:2], 1), layer * LAYER)
-        corners.append(np.concatenate([flat, z], axis=2))
-        each = np.repeat(patch.colours, len(flat) // max(n, 1), axis=0)
-        colours.append(np.broadcast_to(each[:, None], (len(flat), 3, 3)))
-    return np.concatenate(corners), np.concatenate(colours)
 
 
 class TextOverlay(QWidget):

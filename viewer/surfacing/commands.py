@@ -5,7 +5,7 @@ from __future__ import annotations
 from patterndb_sketch.surfacing.methods import METHODS
 from viewer.commands import Command
 from viewer.keymap import Effect, KeyMap
-from viewer.modelcommands import RECOVER
+from viewer.modelcommands import LOOKS, RECOVER
 from viewer.surfacing.state import ALPHA, SurfacingState
 
 #: How far the keys - and + move the slider, as a part of it.
@@ -80,6 +80,7 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
             "Mark open rims and the curves that bound no patch, or draw them as the others",
             checked=lambda s: s.openings_shown),
     RECOVER,
+    *LOOKS,
     Command("frame-all", "Frame all", "View", ("v", "Home"), lambda s: s.camera.fit(),
             "All into the middle, as seen at first", bar=True),
     Command("roll", "Roll the view", "View", ("z",), lambda s: s.camera.roll(),

@@ -9,8 +9,18 @@ from patterndb_sketch.surfacing.patchsurface import PatchSurface
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
-from viewer.picture import Drawn, Frame
-from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons, shade_triangles
+from viewer.picture import Frame
+from viewer.stage import (
+    Curves,
+    Drawn,
+    Faces,
+    Layer,
+    LayerCache,
+    Lift,
+    LineLook,
+    make_discs,
+    make_rings,
+)
 from viewer.surfacing.state import SurfacingState
 
 # Which tint each piece of a surface gets: neighbours differ.
@@ -41,84 +51,91 @@ OFF = "#7a8594"
 IDLE, RIM = "#cc3d9a", "#d55e00"
 RIM_PART, IDLE_DASH = 1.5, 5.0
 
-#: How much nearer than what they lie on things are drawn, in points.
-CHORD_LIFT, EDGE_LIFT, CURVE_LIFT, NODE_LIFT, STROKE_LIFT = 3.5, 2.5, 4.5, 6.0, 6.5
+#: How much nearer than what they lie on things are drawn.
+CHORD_LIFT, EDGE_LIFT, CURVE_LIFT = Lift(3.5), Lift(2.5), Lift(4.5)
+NODE_LIFT, STROKE_LIFT = Lift(6.0), Lift(6.5)
 
 #: A dash, in points, and by how much the outline of a patch that is off is drawn in.
 DASH, DRAWN_IN = 7.0, 0.93
-
-#: Where the light comes from, seen by the viewer; how bright is what it does not reach, and what
-#: turns away from the viewer's side of a patch; and how much it brightens.
-LIGHT = np.array([-0.4, 0.55, 0.73]) / np.linalg.norm([-0.4, 0.55, 0.73])
-SHADE, BACK, LIT = 0.66, 0.93, 1.12
 
 #: The patch under the pointer is lighter by this part of white.
 HIGHLIGHT = 0.35
 
 
-def compose_surface(state: SurfacingState, width: float, height: float, caption: str = "") -> Drawn:
-    """Compose the picture of so many points; caption: a line below the network."""
+def compose_surface(
+    state: SurfacingState,
+    width: float,
+    height: float,
+    caption: str = "",
+    cache: LayerCache | None = None,
+) -> Drawn:
+    """Compose the picture of so many points.
+
+    caption: a line below the network. cache: of the last picture of this state.
+    """
     frame = Frame.of(state.camera, width, height, CAPTION if caption else 0.0)
-    solid = frame.solid(_parts(state))
     if caption:
         frame.scene.text(width / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
-    return frame.drawn(solid)
+    return frame.drawn(_make_layers(state, LayerCache() if cache is None else cache))
 
 
-def _parts(state: SurfacingState) -> list[Triangles]:
-    view = state.camera.view
-    parts: list[Triangles] = [NOTHING]
+def _make_layers(state: SurfacingState, cache: LayerCache) -> list[Layer]:
+    layers: list[Layer] = []
     body, width = state.surfaces.body, _curve_width(state)
     under = state.under()
     if body is not None and state.surface_shown:
         lit = under.number if under is not None and under.on and not state.drawing_mode else -1
-        parts.append(_faces(state, body, lit))
+        layers.append(cache.get("faces", (body, lit), lambda: make_pieces(body, lit)))
         if state.edges_shown:
-            edges = view.seen(body.edges)
-            parts.append(make_ribbons(list(edges), FACE_EDGE, EDGE_WIDTH, EDGE_LIFT))
+            look = LineLook(FACE_EDGE, EDGE_WIDTH, EDGE_LIFT)
+            edges = body.edges
+            layers.append(cache.get("edges", (body,), lambda: Curves.of("edges", edges, look)))
     if body is not None and state.chords_shown:
-        parts.append(
-            make_ribbons(list(view.seen(body.chords)), CHORD, CHORD_PART * width, CHORD_LIFT)
-        )
+        look = LineLook(CHORD, CHORD_PART * width, CHORD_LIFT)
+        chords = body.chords
+        layers.append(cache.get("chords", (body, width), lambda: Curves.of("chords", chords, look)))
     if state.off_shown:
         lit = under.number if under is not None and not under.on else -1
-        parts += _off(state, lit)
+        layers += _make_off(state, lit)
     if state.curves_shown:
-        network = state.surfaces.network
-        parts += _curves(state, width)
-        # Where a lone closed curve begins and ends is no matter.
-        nodes = sorted({n for curve in network.curves if not curve.closed for n in curve.nodes})
-        places = view.seen(network.nodes[nodes])
-        parts.append(make_discs(places, CURVE, NODE_RADIUS * width, NODE_LIFT))
+        network, openings = state.surfaces.network, state.surfaces.openings
+        shown = state.openings_shown and bool(state.surfaces.patches)
+        dash = IDLE_DASH / state.camera.view.scale
+        layers += cache.get(
+            "curves",
+            (network, openings, shown, width, dash),
+            lambda: _make_curves(state, width, dash),
+        )
     going_on = state.ink
-    for ink in (*state.surfaces.edits.inks, *([] if going_on is None else [going_on])):
-        lines = [view.seen(part) for part in ink.parts]
-        parts.append(make_ribbons(lines, STROKE, STROKE_WIDTH, STROKE_LIFT))
-        ends = np.concatenate([part[[0, -1]] for part in ink.parts] or [np.zeros((0, 3))])
-        parts.append(make_discs(view.seen(ends), STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT + 1.0))
+    inks = [*state.surfaces.edits.inks, *([] if going_on is None else [going_on])]
+    parts = [part for ink in inks for part in ink.parts]
+    layers.append(Curves.of("strokes", parts, LineLook(STROKE, STROKE_WIDTH, STROKE_LIFT)))
+    ends = np.concatenate([np.zeros((0, 3)), *(part[[0, -1]] for part in parts)])
+    layers.append(make_discs("ends", ends, STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT.above(1.0)))
     snaps = state.find_snaps()
     if snaps:
-        parts.append(
-            make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], STROKE_LIFT + 2.0, RING[0])
-        )
-    return parts
+        layers.append(make_rings("snaps", np.stack(snaps), SNAP, RING, STROKE_LIFT.above(2.0)))
+    return layers
 
 
-def _curves(state: SurfacingState, width: float) -> list[Triangles]:
-    """The curves; those that bound nothing, and open rims, told apart if that is asked for."""
-    lines = [state.camera.view.seen(curve.points) for curve in state.surfaces.network.curves]
-    openings = state.surfaces.openings
+def _make_curves(state: SurfacingState, width: float, dash: float) -> list[Layer]:
+    """Make curves; those that bound nothing, and open rims, told apart if that is asked for."""
+    network, openings = state.surfaces.network, state.surfaces.openings
+    lines = [curve.points for curve in network.curves]
+    idle: set[int] = set()
+    rims: set[int] = set()
     # Where no patch is there yet, all is open: nothing is worth a mark.
-    if openings is None or not state.openings_shown or not state.surfaces.patches:
-        return [make_ribbons(lines, CURVE, width, CURVE_LIFT)]
-    idle = set(openings.idle)
-    rims = {curve for rim in openings.rims for curve, _ in rim.steps}
+    if openings is not None and state.openings_shown and state.surfaces.patches:
+        idle = set(openings.idle)
+        rims = {curve for rim in openings.rims for curve, _ in rim.steps}
+    # Where a lone closed curve begins and ends is no matter.
+    nodes = sorted({n for curve in network.curves if not curve.closed for n in curve.nodes})
     plain = [line for i, line in enumerate(lines) if i not in idle | rims]
-    dashes = [dash for i in openings.idle for dash in dash_line(lines[i], IDLE_DASH)]
     return [
-        make_ribbons(plain, CURVE, width, CURVE_LIFT),
-        make_ribbons([lines[i] for i in sorted(rims)], RIM, RIM_PART * width, CURVE_LIFT),
-        make_ribbons(dashes, IDLE, width, CURVE_LIFT),
+        Curves.of("curves", plain, LineLook(CURVE, width, CURVE_LIFT)),
+        Curves.of("rims", [lines[i] for i in rims], LineLook(RIM, RIM_PART * width, CURVE_LIFT)),
+        Curves.of("idle", [lines[i] for i in idle], LineLook(IDLE, width, CURVE_LIFT, dash)),
+        make_discs("nodes", network.nodes[nodes], CURVE, NODE_RADIUS * width, NODE_LIFT),
     ]
 
 
@@ -129,30 +146,27 @@ def _curve_width(state: SurfacingState) -> float:
     return float(np.clip(part * np.median(lengths) * state.camera.view.scale, least, most))
 
 
-def _faces(state: SurfacingState, body: PatchSurface, lit: int) -> Triangles:
-    """Pieces in their tints, shaded on both sides; those of patch ``lit`` lighter."""
-    view = state.camera.view
-    seen = view.seen(body.corners)
-    normals = body.normals @ view.axes.T
+def make_pieces(body: PatchSurface, lit: int) -> Faces:
+    """Make the pieces in their tints; those of patch ``lit`` lighter."""
     tints = np.stack([style.parse_colour(tint) for tint in style.TINTS])[body.tints]
     tints = np.where((body.owners == lit)[:, None], tints + HIGHLIGHT * (1.0 - tints), tints)
-    front = tints[:, None]
-    return seen, shade_triangles(seen, normals, front, front * BACK, SHADE, light=LIGHT, lit=LIT)
+    points, normals = body.corners.reshape(-1, 3), body.normals.reshape(-1, 3)
+    faces = np.arange(len(points)).reshape(-1, 3)
+    return Faces("pieces", points, faces, face_colours=tints, normals=normals)
 
 
-def _off(state: SurfacingState, lit: int) -> list[Triangles]:
+def _make_off(state: SurfacingState, lit: int) -> list[Layer]:
     """Patches that are switched off: a dashed outline, drawn in, and a ring in the middle."""
-    parts: list[Triangles] = []
-    middles = state.surfaces.rings()
-    for number, middle in enumerate(middles):
+    layers: list[Layer] = []
+    dash = DASH / state.camera.view.scale
+    for number, middle in enumerate(state.surfaces.rings()):
         colour = style.SELECTED if number == lit else OFF
         around = state.surfaces.off_polyline(number)
         inner = middle + DRAWN_IN * (np.concatenate([around, around[:1]]) - middle)
-        dashes = dash_line(state.camera.view.seen(inner), DASH)
-        parts.append(make_ribbons(dashes, colour, OFF_WIDTH, CHORD_LIFT))
-        at = state.camera.view.seen(middle[None])
-        parts.append(make_discs(at, colour, RING[1], NODE_LIFT, RING[0]))
-    return parts
+        look = LineLook(colour, OFF_WIDTH, CHORD_LIFT, dash)
+        layers.append(Curves.of(f"off {number}", [inner], look))
+        layers.append(make_rings(f"off ring {number}", middle[None], colour, RING, NODE_LIFT))
+    return layers
 
 
 # What the viewer of surfaces says beside its picture: counts, the patch at the pointer.

@@ -11,8 +11,9 @@ from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.session import SURFACING_SESSION, SurfacingWork
 from viewer import saver
 from viewer.facts import FactSheet
-from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.picture import WINDOW, check_png, save_drawn
 from viewer.saver import SaveWay
+from viewer.stage import Drawn, LayerCache
 from viewer.surfacing.commands import COMMANDS, KEYS
 from viewer.surfacing.picture import DRAWING_HINT, LOOKING_HINT, compose_surface, describe_surface
 from viewer.surfacing.state import SurfacingState
@@ -72,7 +73,7 @@ def draw(
     keys: str = "",
     caption: str = "",
 ) -> SurfacingState:
-    """Write a picture of the surface of a network to a PNG, without a window and OpenGL.
+    """Write a picture of the surface of a network to a PNG, without a window.
 
     path: where to; size: its pixels. caption: a line below the network. All else as for
     :func:`show`. The same input gives the same picture.
@@ -107,6 +108,7 @@ class SurfacingSaver(saver.Saver):
         size: tuple[int, int],
     ) -> None:
         super().__init__(state, KEYS, size)
+        self._cache = LayerCache()
         self._folder = folder
         self._write_obj = write_obj
 
@@ -123,7 +125,7 @@ class SurfacingSaver(saver.Saver):
         return SurfacingWork(self.state.surfaces.edits, settings.alpha, settings.fair)
 
     def draw_live(self, width: float, height: float) -> Drawn:
-        return compose_surface(self.state, width, height)
+        return compose_surface(self.state, width, height, cache=self._cache)
 
     def describe(self, sheet: FactSheet) -> None:
         describe_surface(sheet, self.state)

@@ -4,7 +4,8 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points
-from viewer.solid import Grid
+
+Grid = NDArray[np.float32]
 
 def blended(
     triangles: Int32Array,

@@ -1,6 +1,10 @@
 # Bound by rust/python/src/viewer.rs.
+import numpy as np
+from numpy.typing import NDArray
+
 from patterndb.geometry.points import Points
-from viewer.solid import Grid
+
+Grid = NDArray[np.float32]
 
 def fill_triangles(corners: Points, colours: Grid, depth: Grid, image: Grid) -> None:
     """Paint triangles over what is there, in place; the nearer wins.

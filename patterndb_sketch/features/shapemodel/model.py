@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, as_points
+from patterndb.verbs import PlotVerbs
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Feature, Registration
 
@@ -20,7 +21,7 @@ RANK = 1e-12
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ShapeModel:
+class ShapeModel(PlotVerbs):
     """S = mean + coefficients @ modes, over vertices that mean the same in every shape.
 
     mean:         (n, 3) float64.

@@ -18,6 +18,7 @@ from query.listing.orders import ORDERS
 from query.placing import find_strand
 from query.recognition import hash_fill
 from tests.support.viewer.domed import SOURCE, Source, click, drag, keys, opened, said
+from tests.support.viewer.layers import are_finite
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ExplorerState
@@ -262,9 +263,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
                 else:
                     getattr(state, what)(*place)
             assert 0 <= state.finder.rank <= max(len(state.finder.fills) - 1, 0)
-        drawn = compose_explorer(state, 1040.0, 860.0)
-        for patch in drawn.scene.patches:
-            assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
+        assert are_finite(compose_explorer(state, 1040.0, 860.0))
     finally:
         state.close()
 

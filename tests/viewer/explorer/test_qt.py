@@ -14,6 +14,7 @@ from query import Fill
 from query.contour import make_flat_boundary
 from tests.support.viewer.domed import DOME, opened
 from tests.support.viewer.events import Events, answer, check_actions, check_looking
+from viewer import style
 from viewer.camera import View
 from viewer.explore import ExplorerSaver
 from viewer.explorer_state import ExplorerState
@@ -100,21 +101,22 @@ def test_an_odd_perimeter_keeps_the_fill_in_grey_and_offers_even_ones(flat: Even
     flat.keys("+")
     assert state.finder.boundary is None and "odd" in flat.window.message_label.text()
     assert state.exploration.former is not None
-    grey = flat.window.saver.draw_live(600.0, 500.0).solid.colours
-    assert len(grey), "the fill of before is still seen"
+    layers = [layer.name for layer in flat.window.saver.draw_live(600.0, 500.0).layers]
+    assert "quads" in layers, "the fill of before is still seen"
     assert len(state.exploration.list_even_lengths()) == 8
     even = flat.window.even
     assert even.isVisible() and not flat.window.thumbnails.isVisible(), "where fills would be"
     (button,) = [
         one for one, side in even._sides.items() if (side, one.text()) == (1, "4")
     ]  # fmt: skip
-    plain = flat.window.saver.draw_live(600.0, 500.0).scene.patches
+
+    def list_selected() -> list[str]:
+        layers = flat.window.saver.draw_live(600.0, 500.0).layers
+        return [one.name for one in layers if getattr(one, "look", ("",))[0] == style.SELECTED]
+
+    plain = list_selected()
     QApplication.sendEvent(button, QEvent(QEvent.Type.FocusIn))
-    shown = flat.window.saver.draw_live(600.0, 500.0).scene.patches
-    assert state.meant_side == 1 and len(shown) == len(plain)
-    assert any(
-        (one.colours != other.colours).any() for one, other in zip(shown, plain, strict=True)
-    ), "its side is seen"
+    assert state.meant_side == 1 and list_selected() == ["side 1"] != plain, "its side is seen"
     button.click()
     flat.work()
     assert state.meant_side is None and flat.window.thumbnails.isVisible()

@@ -15,23 +15,24 @@ from patterndb_sketch.features.files.curvefiles import FeatureFiles, format_obj_
 from patterndb_sketch.features.files.networkjson import read_network
 from patterndb_sketch.features.session import FEATURE_SESSION, FeatureSession
 from tests.support.viewer.events import read
+from tests.support.viewer.layers import count_marks, count_segments
 from tests.support.viewer.tents import drawn, keys, opened, picked, tent
 from viewer import PictureFormatError
 from viewer.features import FeatureState, draw
 from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, FeaturePainter
 from viewer.features.window import FeatureSaver
 from viewer.keymap import Effect
-from viewer.style import parse_colour
 
 SIZE = (720, 450)
 
 
 def colours(state: FeatureState) -> dict[str, int]:
-    """How many triangles of the lines that ribs are drawn with there are."""
-    painted = FeaturePainter().compose(state, 1040.0, 860.0).solid.colours[:, 0]
+    """How many pieces of ribs, and marks where there is none, are drawn."""
+    drawn = FeaturePainter().compose(state, 1040.0, 860.0)
     return {
-        name: int((np.abs(painted - parse_colour(colour)).max(axis=1) < 1e-6).sum())
-        for name, colour in (("plain", RIB_COLOUR), ("mended", MENDED), ("failed", FAILED))
+        "plain": count_segments(drawn, RIB_COLOUR),
+        "mended": count_segments(drawn, MENDED),
+        "failed": count_marks(drawn, FAILED),
     }
 
 

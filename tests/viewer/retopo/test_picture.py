@@ -13,6 +13,7 @@ from patterndb_sketch.retopo.filling import weld_patches
 from patterndb_sketch.retopo.filling.surface import FilledSurface
 from query.engine import PatternSource
 from tests.support.viewer.events import read
+from tests.support.viewer.layers import count_marks, count_segments, find_layer
 from tests.support.viewer.sheets import (
     ROOM,
     SQUARE,
@@ -31,20 +32,18 @@ from viewer.retopo import RetopoState, draw
 from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, WRONG
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import VIEW_SIDES, find_side
+from viewer.stage import MATTE, Faces
 from viewer.style import PAPER, parse_colour
 
 
 def painted(state: RetopoState, colour: str) -> int:
-    """How many triangles of this very colour the picture has, but for those of round bands."""
-    colours = RetopoPainter().compose(state, *ROOM).solid.colours[:, 0]
-    return int((np.abs(colours - parse_colour(colour)).max(axis=1) < 1e-6).sum())
+    """How many marks of this colour the picture has."""
+    return count_marks(RetopoPainter().compose(state, *ROOM), colour)
 
 
 def banded(state: RetopoState, colour: str) -> int:
-    """The same of bands, which are darker at their rims."""
-    colours = RetopoPainter().compose(state, *ROOM).solid.colours
-    dark = np.abs(colours - 0.72 * parse_colour(colour)).max(axis=2) < 1e-6
-    return int(dark.any(axis=1).sum())
+    """How many pieces of curves of this colour the picture has."""
+    return count_segments(RetopoPainter().compose(state, *ROOM), colour)
 
 
 def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
@@ -53,27 +52,25 @@ def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
     keys(state, "d")
     drag(state, (-3.0, 3.0), (3.0, 3.0))
     hover(state, (4.5, -4.5))
-    rims = painted(state, CORNER)
-    assert rims == 2 * 24 and painted(state, PAPER) == 2 * 24, "two hollow ends"
+    assert painted(state, CORNER) == painted(state, PAPER) == 2, "two hollow ends"
     square(state, ((0.0, 2.0), (-1.9, 0.6), (-1.2, -1.6), (1.2, -1.6), (1.9, 0.6)))
     hover(state, (4.5, -4.5))
-    assert painted(state, CORNER) == (2 + 5) * 24
+    assert painted(state, CORNER) == 2 + 5
     drag(state, (0.0, -3.5), (0.0, -1.6))
     hover(state, (4.5, -4.5))
     # One more open end, and a disc and a half disc.
-    assert painted(state, CORNER) == (3 + 5 + 1) * 24 + 12
+    assert painted(state, CORNER) == 3 + 5 + 1 + 1
     body = state.shown.body
-    shapes = {3: 3, 5: 5}
-    for valence in shapes:
+    for valence in (3, 5):
         colour = style.choose_valence_colour(valence)
-        assert painted(state, colour) == shapes[valence] * int((body.valences == valence).sum())
+        assert painted(state, colour) == int((body.valences == valence).sum())
     assert len(body.irregular) > 0
     assert painted(state, SNAP) == 0
     hover(state, (-3.0, 3.0))
     assert painted(state, SNAP) > 0
     keys(state, "w")
     drag(state, (-1.4, 0.0), (1.4, 0.0))
-    assert painted(state, FLOW) > 0
+    assert banded(state, FLOW) > 0
     keys(state, "x")
     assert painted(state, style.choose_valence_colour(5)) == 0
     # From below, the sheet hides it all; and one can see through it.
@@ -87,28 +84,26 @@ def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
 def test_patches_have_the_colour_of_their_sides(state: RetopoState) -> None:
     square(state)
     hover(state, (4.5, -4.5))
-    drawn = RetopoPainter().compose(state, *ROOM).solid.colours.reshape(-1, 3)
-    ratio = drawn / parse_colour(SIDES[4])
-    flat = np.ptp(ratio, axis=1) < 1e-5
-    assert flat.sum() >= 6 * len(state.shown.body.mesh.quads)
+    quads = find_layer(RetopoPainter().compose(state, *ROOM), "quads")
+    assert isinstance(quads, Faces) and quads.sheets and quads.point_colours is not None
+    assert len(quads.faces) == 2 * len(state.shown.body.mesh.quads)
+    assert np.allclose(quads.point_colours, parse_colour(SIDES[4]))
 
 
 def test_the_half_that_is_an_image_is_darker(source: PatternSource) -> None:
     state = opened(source, tube())
     try:
-        before = RetopoPainter().compose(state, *ROOM).solid.colours.sum()
+        whole = find_layer(RetopoPainter().compose(state, *ROOM), "surface")
+        assert isinstance(whole, Faces) and whole.point_colours is None
         keys(state, "M")
         plane = state.shown.state.plane
         assert plane is not None
-        count = len(state.surface.triangles)
-        drawn = RetopoPainter().compose(state, *ROOM).solid.colours[:count]
-        whole = RetopoPainter()._shading.model(state.skin, state.camera.view, "solid", (0.0, 0.0))[
-            1
-        ]
-        beyond = (plane.heights(state.surface.vertices) < 0.0)[state.surface.triangles]
-        ratio = (drawn / whole).mean(axis=2)
+        drawn = find_layer(RetopoPainter().compose(state, *ROOM), "surface")
+        assert isinstance(drawn, Faces) and drawn.point_colours is not None
+        beyond = plane.heights(drawn.points) < 0.0
+        ratio = drawn.point_colours / parse_colour(MATTE)
         assert np.allclose(ratio[beyond], 0.84) and np.allclose(ratio[~beyond], 1.0)
-        assert beyond.any() and drawn.sum() < before
+        assert beyond.any()
     finally:
         state.close()
 
@@ -208,13 +203,13 @@ def test_curves_alone_and_quads_alone_are_drawn(state: RetopoState) -> None:
     square(state)
     hover(state, (4.5, -4.5))
     tinted = len(state.shown.body.mesh.quads) * 2
-    edges = painted(state, EDGE)
+    edges = banded(state, EDGE)
     assert edges > 0 and banded(state, CURVE) > 0
     keys(state, "x")
-    assert painted(state, EDGE) == 0 and banded(state, CURVE) > 0
+    assert banded(state, EDGE) == 0 and banded(state, CURVE) > 0
     keys(state, "x")
     # The edges that lay under curves are seen now: all of every quad.
-    assert painted(state, EDGE) > edges and banded(state, CURVE) == painted(state, CORNER) == 0
+    assert banded(state, EDGE) > edges and banded(state, CURVE) == painted(state, CORNER) == 0
     body = state.shown.body
     quads = body.mesh.quads
     pairs = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -229,7 +224,7 @@ def test_curves_alone_and_quads_alone_are_drawn(state: RetopoState) -> None:
 def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> None:
     square(state)
     hover(state, (4.5, -4.5))
-    assert painted(state, WRONG) == 0 and state.editing.list_empty() == ()
+    assert banded(state, WRONG) == 0 and state.editing.list_empty() == ()
     (patch,) = state.network.patches
     shown, placed = state.shown, state.shown.filled.placed[patch]
     wrong = replace(placed, flipped=np.array([0, 3], np.int32))
@@ -244,19 +239,30 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     ):
         state.editing.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)
-        seen = RetopoPainter().compose(state, *ROOM).solid.colours
-        # Light makes a colour darker, and leaves its hue.
-        red = np.ptp(seen / parse_colour(WRONG), axis=2).max(axis=1) < 1e-5
-        assert red.sum() == 4 if filled is found else red.sum() > 4
-    assert state.editing.list_empty() == (patch,) and painted(state, WRONG) > 0
+        drawn = RetopoPainter().compose(state, *ROOM)
+        if filled is found:
+            quads = find_layer(drawn, "quads")
+            assert isinstance(quads, Faces) and quads.point_colours is not None
+            red = (np.abs(quads.point_colours - parse_colour(WRONG)) < 1e-6).all(axis=1)
+            assert red.sum() == 3 * 4
+        assert (count_segments(drawn, WRONG) > 0) == (filled is none)
+    assert state.editing.list_empty() == (patch,)
     state.editing.shown = shown
 
 
 def test_density_is_seen_while_it_is_painted(state: RetopoState) -> None:
     def hues() -> np.ndarray:
-        """How much more red than blue there is at every corner of the picture, by its place."""
-        solid = RetopoPainter().compose(state, *ROOM).solid
-        return solid.colours[..., 0] - solid.colours[..., 2]
+        """How much more red than blue there is at every point of the surface and its quads."""
+        drawn = RetopoPainter().compose(state, *ROOM)
+        found = []
+        for name in ("surface", "below quads", "quads"):
+            layer = find_layer(drawn, name)
+            assert isinstance(layer, Faces)
+            colours = layer.point_colours
+            if colours is None:
+                colours = np.tile(parse_colour(MATTE), (len(layer.points), 1))
+            found.append(colours[:, 0] - colours[:, 2])
+        return np.concatenate(found)
 
     square(state)
     before = state.shown.body.mesh

@@ -10,6 +10,7 @@ import pytest
 from ingest.formats import read_mesh
 from patterndb_sketch.features.errors import InvalidFeatureError
 from tests.support.viewer.events import read
+from tests.support.viewer.layers import count_marks, count_segments
 from tests.support.viewer.sayings import read_sheet
 from tests.support.viewer.shapes import car_shapes, car_template
 from viewer import PictureFormatError
@@ -17,7 +18,7 @@ from viewer.facts import FactSheet
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState, draw
 from viewer.shapes.commands import KEYS
-from viewer.shapes.picture import GHOST, GRABBED, HELD, PARTS, compose_shape, describe_shape
+from viewer.shapes.picture import EDGE, GHOST, GRABBED, HELD, PARTS, compose_shape, describe_shape
 from viewer.shapes.window import ShapesSaver
 from viewer.style import parse_colour
 
@@ -32,11 +33,10 @@ def share(image: np.ndarray, colour: str) -> float:
     return float(((along > 0.985) & (size > 0.5 * np.linalg.norm(wanted))).mean())
 
 
-def solid_colours(state: ShapesState, colour: str) -> int:
-    """How many corners of triangles have a colour; ribbons' rims are darker."""
+def count_coloured(state: ShapesState, colour: str) -> int:
+    """How many pieces of curves and marks have a colour."""
     drawn = compose_shape(state, 1040.0, 860.0)
-    flat = drawn.solid.colours.reshape(-1, 3)
-    return int(np.count_nonzero(np.abs(flat - parse_colour(colour)).max(axis=1) < 1e-6))
+    return count_segments(drawn, colour) + count_marks(drawn, colour)
 
 
 def opened() -> ShapesState:
@@ -86,19 +86,19 @@ def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
 def test_switches_change_what_is_drawn() -> None:
     """Held curves, the pulled one, edges of faces, and the ghost."""
     state = opened()
-    plain = len(compose_shape(state, 1040.0, 860.0).solid.corners)
-    assert solid_colours(state, HELD) == 0
+    assert count_coloured(state, EDGE) == 0
+    assert count_coloured(state, HELD) == 0
     state.shaping.toggle_held("shoulder")
-    assert solid_colours(state, HELD) > 0
+    assert count_coloured(state, HELD) > 0
     KEYS.press(state, "e")
-    assert len(compose_shape(state, 1040.0, 860.0).solid.corners) > plain + len(state.skin.edges)
+    assert count_coloured(state, EDGE) == len(state.skin.edges)
     line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
     at = state.sight.lines[line][2, :2]
-    assert solid_colours(state, GRABBED) == 0
+    assert count_coloured(state, GRABBED) == 0
     state.press(*at)
     state.move(at[0], at[1] + 30.0)
     # The curve where it should be is dashed and flat.
-    assert solid_colours(state, GRABBED) > 0
+    assert count_coloured(state, GRABBED) > 0
 
 
 def test_the_window_says_what_is_known() -> None:

@@ -28,7 +28,8 @@ from tests.support.viewer.domes import (
     pieces,
     said,
 )
-from viewer.style import TINTS, parse_colour
+from tests.support.viewer.layers import count_segments
+from viewer.style import TINTS
 from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import IDLE, RIM, compose_surface
 from viewer.surfacing.state import ALPHA, SurfacingState
@@ -80,11 +81,7 @@ def test_a_click_switches_a_patch_off_and_on(state: SurfacingState) -> None:
 
 def test_open_rims_and_curves_without_a_patch_are_marked(state: SurfacingState) -> None:
     def count(colour: str) -> int:
-        # The borders of a band are of its colour, only darker.
-        tints = compose_surface(state, 1040.0, 860.0).solid.colours
-        base = np.array(parse_colour(colour))
-        share = (tints @ base / (base @ base))[..., None]
-        return int((np.abs(tints - share * base).max(axis=-1) < 1e-3).sum())
+        return count_segments(compose_surface(state, 1040.0, 860.0), colour)
 
     assert count(RIM) and not count(IDLE), "the dome is open below, and has a patch at each curve"
     openings = state.surfaces.openings

@@ -13,7 +13,6 @@ from tests.support.viewer.domes import FROM_ABOVE, dome, said
 from tests.support.viewer.events import read
 from viewer import PictureFormatError
 from viewer.keymap import Effect
-from viewer.solid import dash_line, make_ribbons
 from viewer.style import TINTS, parse_colour
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.window import SurfacingSaver
@@ -81,28 +80,6 @@ def test_the_window_says_what_is_known() -> None:
         assert f"{len(result.chords)} of {result.candidates} candidates" in texts
     finally:
         state.close()
-
-
-def test_bands_are_as_wide_as_asked_and_face_the_viewer() -> None:
-    turn = np.linspace(0.0, 2.0, 40)
-    line = np.stack([100.0 * np.cos(turn), 100.0 * np.sin(turn), 5.0 * turn], axis=1)
-    corners, colours = make_ribbons([line, line[:1], line[::-1] + 7.0], "#000000", 4.0, 2.0)
-    assert len(corners) == len(colours) == 2 * 4 * 39
-    flat = make_ribbons([line], "#000000", 4.0, 2.0)[0].reshape(-1, 3)
-    off = np.abs(np.hypot(flat[:, 0], flat[:, 1]) - 100.0)
-    assert off.max() == pytest.approx(2.0, abs=0.05)
-    assert (flat[:, 2] >= 2.0 - 1e-9).all()
-    corner = np.array([[0.0, 0, 0], [10, 0, 0], [0, 0, 0], [0, 0, 9]])
-    assert np.isfinite(make_ribbons([corner], "#000000", 3.0, 1.0)[0]).all()
-    assert len(make_ribbons([], "#000000", 3.0, 1.0)[0]) == 0
-
-
-def test_dashes_cover_about_half_of_a_line() -> None:
-    line = np.array([[0.0, 0, 0], [50, 0, 1], [50, 70, 2]])
-    dashes = dash_line(line, 6.0)
-    total = sum(np.linalg.norm(np.diff(d[:, :2], axis=0), axis=1).sum() for d in dashes)
-    assert total == pytest.approx(0.55 * 120.0)
-    assert dash_line(line[:2] * 0.01, 6.0)[0].shape == (2, 3)
 
 
 def test_saving(tmp_path: Path) -> None:
