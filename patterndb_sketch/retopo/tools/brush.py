@@ -87,7 +87,7 @@ def drag_vertices(
         by -= over[0] * np.maximum(1.0 - off, 0.0) + over[1] * np.maximum(1.0 - off[-1] + off, 0.0)
         return line.points + by[:, None] * (foot.points[0] - at)
 
-    return under.move_to(network, surface, sizes, points, normals, course)
+    return under.move_to(network, surface, sizes, (points, normals), course)
 
 
 def relax_vertices(
@@ -133,7 +133,7 @@ def relax_vertices(
     def course(line: Chain) -> Points:
         return _smooth_course(under, line, places, rounds)
 
-    return under.move_to(network, surface, sizes, points, normals, course, under.one_sided)
+    return under.move_to(network, surface, sizes, (points, normals), course, under.one_sided)
 
 
 def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int) -> Points:
@@ -269,18 +269,20 @@ class BrushedQuads:
         before: Network,
         surface: Surface,
         sizes: Sizes,
-        points: Points,
-        normals: Points,
+        to: tuple[Points, Points],
         course: Course,
         still: frozenset[int] = frozenset(),
     ) -> Edit:
         """The network with vertices of the mesh at other points (v, 3) of the surface.
+
+        to: these, and the normals (v, 3) there.
 
         Corners go where the vertices on them do. Chains on which a vertex or an end moved get the
         samples that ``course`` gives them, taken to the surface; ``still`` ones keep theirs. A
         patch of which a vertex moved holds its inner vertices where they are now, and one that
         holds all, as imported ones do, those on its border, too.
         """
+        points, normals = to
         move = points - self.mesh.vertices
         move[np.abs(move).max(axis=1) <= STILL * surface.diagonal] = 0.0
         moved = np.any(move, axis=1)

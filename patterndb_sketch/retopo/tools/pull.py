@@ -78,7 +78,7 @@ def pull_held(
         move_node_to(builder, surface, sizes, at.node, to, up)
     else:
         moved = {at.chain}
-        _move_place_to(builder, surface, sizes, network.chain(at.chain), at.place, to, up)
+        _move_place_to(builder, surface, sizes, network.chain(at.chain), at.place, (to, up))
     for chain in moved:
         if not builder.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
@@ -173,14 +173,14 @@ def move_node_to(
     Raises RefusedError if one of them is marked.
     """
     at = builder.nodes[node]
-    move, turn = point - at.point, normal - at.normal
+    by = point - at.point, normal - at.normal
     chains = {half >> 1: builder.chains[half >> 1] for half in at.ends}
     _refuse_marked(chains.values())
     builder.move_node(node, point, normal)
     for old in chains.values():
         away = np.linspace(0.0, 1.0, len(old.points))
         share = (old.start == node) * (1.0 - away) + (old.end == node) * away
-        _reshape(builder, surface, sizes, old, share, move, turn)
+        _reshape(builder, surface, sizes, old, share, by)
 
 
 def _move_place_to(
@@ -189,10 +189,10 @@ def _move_place_to(
     sizes: Sizes,
     line: Chain,
     place: float,
-    point: Points,
-    normal: Points,
+    to: tuple[Points, Points],
 ) -> None:
-    """Move the sample of a chain that is nearest to a place to a point; the others follow."""
+    """Move the sample of a chain that is nearest to a place to a point (3,) with its normal; the
+    others follow."""
     _refuse_marked([line])
     n = len(line.points)
     if n < 3:
@@ -210,7 +210,8 @@ def _move_place_to(
             (along - along[k]) / (along[-1] - along[k]),
         )
     share = (1.0 - t) ** 4 * (4.0 * t + 1.0)
-    _reshape(builder, surface, sizes, line, share, point - line.points[k], normal - line.normals[k])
+    by = to[0] - line.points[k], to[1] - line.normals[k]
+    _reshape(builder, surface, sizes, line, share, by)
 
 
 def _reshape(
@@ -219,13 +220,13 @@ def _reshape(
     sizes: Sizes,
     old: Chain,
     share: NDArray[np.float64],
-    move: Points,
-    turn: Points,
+    by: tuple[Points, Points],
 ) -> None:
-    """Move the samples of a chain by shares (n,) of a move (3,), turning their normals."""
+    """Move the samples of a chain by shares (n,) of a move (3,), and their normals by shares of a
+    turn (3,)."""
     part = share[:, None]
     points, normals = take_to_surface(
-        old.points + part * move, units(old.normals + part * turn), surface, sizes
+        old.points + part * by[0], units(old.normals + part * by[1]), surface, sizes
     )
     still = share == 0.0
     points[still], normals[still] = old.points[still], old.normals[still]
