@@ -20,8 +20,8 @@ from patterndb._native.features.ribs.rib import slice_segments, trace_outline
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.polyline import sample_polyline
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
-from patterndb_sketch.features.ribs.slicing import find_plane
+from patterndb_sketch.features.defaults import RADIUS
+from patterndb_sketch.features.ribs import STITCH, build_ribs, find_plane
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import CARS, body, degrade

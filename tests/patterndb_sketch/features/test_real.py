@@ -12,10 +12,10 @@ import pytest
 from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.files.networkjson import read_network
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.registration import FeatureCurves, box_template, register
-from patterndb_sketch.features.ribs import RADIUS
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import snap
 from patterndb_sketch.features.strokes import FeatureStroke

@@ -12,7 +12,8 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
+from patterndb_sketch.features.defaults import RADIUS
+from patterndb_sketch.features.ribs import build_rib, build_ribs
 from tests.support.features.ribs import (
     ACROSS,
     FARTHEST,

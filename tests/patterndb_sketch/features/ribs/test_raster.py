@@ -18,7 +18,7 @@ from patterndb._native.features.ribs.raster import (
 )
 from patterndb._native.features.ribs.rib import count_rounds
 from patterndb.geometry.points import Bools
-from patterndb_sketch.features.ribs.rib import MARGIN
+from patterndb_sketch.features.ribs import MARGIN
 
 SQUARE = np.ones((3, 3), bool)
 

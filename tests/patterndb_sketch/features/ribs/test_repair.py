@@ -14,8 +14,9 @@ from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
+from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.registration.mapping import find_outermost
-from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
+from patterndb_sketch.features.ribs import build_rib, build_ribs
 from tests.support.features.drawnbodies import DRAWN, find_body
 from tests.support.features.models import to_model
 from tests.support.features.ribs import ACROSS, FARTHEST, GAP, arc, flat, sheets, sound, to_polyline
