@@ -18,7 +18,6 @@ PENDING = {
     "features.md",
     "retopo.md",
     "scaling.md",
-    "service.md",
     "surfacing.md",
     # Written from docstrings and help.
     "api.md",
