@@ -12,8 +12,6 @@ ROOT = Path(__file__).resolve().parents[2]
 #: Pages whose language is still to be mended.
 PENDING = {
     "architecture.md",
-    "cluster.md",
-    "database.md",
     "definitions.md",
     "features.md",
     "retopo.md",
