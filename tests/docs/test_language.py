@@ -12,10 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 #: Pages whose language is still to be mended.
 PENDING = {
     "architecture.md",
-    "definitions.md",
     "features.md",
     "retopo.md",
-    "scaling.md",
     "surfacing.md",
     # Written from docstrings and help.
     "api.md",
