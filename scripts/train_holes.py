@@ -172,7 +172,7 @@ class CornerRows:
 
     features: NDArray[np.float32]
     counts: NDArray[np.int32]
-    due: NDArray[np.int32]
+    regular_valence: NDArray[np.int32]
     start: NDArray[np.int64]
     everyday: NDArray[np.bool_]
 
@@ -289,16 +289,16 @@ def measure_mesh(name: str) -> tuple[CornerRows, Counter[bytes], Counter[bytes]]
     topology = read_topology(str(_shared.paths[name]))
     everyday = cut_everyday(name, topology, plan.corner_everyday, plan.corner_seed, tries=4)
     irregular = cut_holes(name, topology, plan.corner_irregular, plan.corner_seed + 1, tries=10)
-    features, counts, due = [], [], []
+    features, counts, regular_valence = [], [], []
     for cut in (*everyday, *irregular):
         around = extract_neighbourhood(cut.hole)
         features.append(measure_hole(cut.hole, around).astype(np.float32))
         counts.append(cut.counts)
-        due.append(around.regular_valence)
+        regular_valence.append(around.regular_valence)
     rows = CornerRows(
         np.vstack(features),
         np.concatenate(counts),
-        np.concatenate(due),
+        np.concatenate(regular_valence),
         np.cumsum([0, *map(len, counts)]),
         np.arange(len(counts)) < len(everyday),
     )
