@@ -614,7 +614,7 @@ def _find_type(one: Option) -> ParamType | None:
     kind = one.type
     if one.choices:
         if isinstance(kind, IntType | FloatType):
-            return ChoiceOrNumber(one.choices, _find_range(kind))
+            return ChoiceOrNumber(one.choices, _find_range(kind), one.text.hint)
         return click.Choice(one.choices)
     if isinstance(kind, IntType | FloatType):
         return _find_range(kind)
@@ -632,21 +632,20 @@ def _find_range(kind: IntType | FloatType) -> ParamType:
 
 
 class ChoiceOrNumber(ParamType):
-    """One of some words, or a number in a range."""
+    """One of some words, or a number in a range; hint: the end of the message about another."""
 
     name = "word|number"
 
-    def __init__(self, words: tuple[str, ...], number: ParamType) -> None:
-        self._words, self._number = words, number
+    def __init__(self, words: tuple[str, ...], number: ParamType, hint: str) -> None:
+        self._words, self._number, self._hint = words, number, hint
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if value in self._words:
             return value
         try:
             return self._number.convert(value, param, ctx)
-        except click.UsageError as error:
-            words = ", ".join(self._words)
-            self.fail(f"{value!r}: give {words}, or a number: {error.message}", param, ctx)
+        except click.UsageError:
+            self.fail(f"{value!r}: {self._hint}", param, ctx)
 
 
 def is_given(*names: str) -> bool:

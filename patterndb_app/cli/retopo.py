@@ -434,8 +434,10 @@ def read_draft(given: Mapping[str, Any]) -> DraftRequest:
 
     try:
         return DraftRequest(**read_options(DraftRequest, given))
-    except RefusedError as error:
-        raise click.UsageError(str(error)) from None
+    except RefusedError:
+        raise click.UsageError(
+            "--edge and --quads both say how fine a draft is; give one of them"
+        ) from None
 
 
 def refuse_draft(given: Mapping[str, Any]) -> None:

@@ -276,7 +276,10 @@ class SurfaceRequest(Request, frozen=True, kw_only=True):
     ] = "relative"
     turning_bound: Annotated[
         Annotated[float, Meta(gt=0)],
-        option("Radians by which a loop may turn between two ends of chords."),
+        option(
+            "Radians by which a loop may turn between two ends of chords.",
+            hint="give a number above 0",
+        ),
     ] = TURNING_BOUND
     max_subproblems: Annotated[
         Positive, option("Sub-problems that the search for chords scores.")

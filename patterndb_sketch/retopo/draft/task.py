@@ -39,13 +39,19 @@ class DraftRequest(Request, frozen=True, kw_only=True):
         option(
             "Target length of the quads' edges, in the surface's unit.",
             metavar="LENGTH",
+            hint="give a length above 0, or None",
             section="draft",
             default=f"{100.0 * EDGE:g} % of the diagonal",
         ),
     ] = None
     quads: Annotated[
         Annotated[int, Meta(ge=20, le=200_000)] | None,
-        option("About how many quads, instead of a length of edges.", metavar="N", section="draft"),
+        option(
+            "About how many quads, instead of a length of edges.",
+            metavar="N",
+            hint="give a whole number from 20 to 200,000, or None",
+            section="draft",
+        ),
     ] = None
     sharp: Annotated[
         Literal["auto", "none"] | Annotated[float, Meta(ge=1, le=179)],
@@ -53,6 +59,7 @@ class DraftRequest(Request, frozen=True, kw_only=True):
             "Keep sharp edges: those that stand out, all whose triangles meet at more than ANGLE "
             "degrees, or none.",
             metavar="auto|ANGLE|none",
+            hint="give auto, none, or an angle from 1 to 179 degrees",
             section="draft",
         ),
     ] = "auto"
@@ -61,12 +68,17 @@ class DraftRequest(Request, frozen=True, kw_only=True):
         option(
             "Work on one half of a surface that is symmetric.",
             flag="--symmetry/--no-symmetry",
+            hint="give True or False",
             section="draft",
         ),
     ] = True
     strict: Annotated[
         bool,
-        option("Refuse all where a part cannot be drafted well.", section="draft"),
+        option(
+            "Refuse all where a part cannot be drafted well.",
+            hint="give True or False",
+            section="draft",
+        ),
     ] = False
 
     def __post_init__(self) -> None:
