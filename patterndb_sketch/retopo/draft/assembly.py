@@ -18,7 +18,7 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.joints import BEYOND, AtSingularity, InWedge, OnChain, OnLine
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import (
-    Chain,
+    NONE,
     HalfChain,
     Network,
     NetworkBuilder,
@@ -258,9 +258,7 @@ class LayoutBuilder:
         points, normals = there.points.copy(), there.normals.copy()
         points[0], normals[0] = begin.point, begin.normal
         points[-1], normals[-1] = end.point, end.normal
-        chain = self.builder.new_id()
-        self.builder.chains[chain] = Chain(chain, -1, -1, points, normals)
-        self.builder.touched_chains.add(chain)
+        chain = self.builder.new_chain(NONE, NONE, points, normals)
         self.laid.add(chain)
         return chain
 

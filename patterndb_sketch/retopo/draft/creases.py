@@ -25,7 +25,7 @@ from patterndb.geometry.points import Floats, Points, units
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.network import (
-    Chain,
+    NONE,
     HalfChain,
     Network,
     NetworkBuilder,
@@ -440,15 +440,13 @@ class _CreaseBuilder:
         return Creases(replace(self.builder.finish(), patches={}), self.half, clipped)
 
     def _lay(self, path: list[int], loose: bool) -> None:
-        chain = self.builder.new_id()
         points, normals = _sample_path(self.surface, path, self.sizes.sampling)
         if loose:
             points, normals = points[:-1], normals[:-1]
-        else:
+        chain = self.builder.new_chain(NONE, NONE, points, normals)
+        if not loose:
             self.leaving.setdefault(path[0], {})[path[1]] = 2 * chain
             self.leaving.setdefault(path[-1], {})[path[-2]] = 2 * chain + 1
-        self.builder.chains[chain] = Chain(chain, -1, -1, points, normals)
-        self.builder.touched_chains.add(chain)
         for a, b in pairwise(path):
             self.half[a, b], self.half[b, a] = 2 * chain, 2 * chain + 1
 
