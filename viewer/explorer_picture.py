@@ -88,7 +88,7 @@ def compose_explorer(
         for strip, colour in zip(state.strips_under(), style.STRANDS, strict=False):
             rim = composer.look(style.PAPER, STRAND_WIDTH + 1.8, STROKES)
             composer.add_line(f"strip rim {colour}", strip, rim)
-            look = composer.look(colour, STRAND_WIDTH, STROKES + 0.4)
+            look = composer.look(colour, STRAND_WIDTH, STROKES + STRAND_WIDTH)
             composer.add_line(f"strip {colour}", strip, look)
         composer.add_markers(net)
     composer.add_in_progress()

@@ -90,11 +90,11 @@ def _make_curves(state: FeatureState) -> list[Layer]:
         if lit or near:
             rim = LineLook(style.PAPER if lit else style.SELECTED, RIM, lift)
             layers.append(Curves.of(f"rim {number}", [look.line], rim))
-        layers.append(
-            Curves.of(f"curve {number}", [look.line], LineLook(colour, width, lift.above(0.8)))
-        )
+        above = lift.above(RIM / 2.0)
+        band = LineLook(colour, width, above)
+        layers.append(Curves.of(f"curve {number}", [look.line], band))
         ends = look.line[[0, -1]]
-        layers.append(make_discs(f"ends {number}", ends, colour, width / 2.0, lift.above(0.8)))
+        layers.append(make_discs(f"ends {number}", ends, colour, width / 2.0, above))
         layers += _make_pins(state, curve, lift, number)
     sketched = state.editing.sketched()
     if sketched is not None:
@@ -106,11 +106,11 @@ def _make_curves(state: FeatureState) -> list[Layer]:
         clicks = np.stack(state.editing.clicks)
     elif state.editing.clicks is None and picked is not None:
         clicks, colour = picked.clicked, choose_curve_colour(picked.key)
-    layers.append(make_discs("click rims", clicks, colour, CLICKED + 1.4, lift.above(2.0)))
-    layers.append(make_discs("clicks", clicks, style.PAPER, CLICKED, lift.above(2.4)))
+    layers.append(make_discs("click rims", clicks, colour, CLICKED + 1.4, lift.above(6.0)))
+    layers.append(make_discs("clicks", clicks, style.PAPER, CLICKED, lift.above(6.4)))
     if state.closing:
         layers.append(
-            make_discs("closing", clicks[:1], style.SELECTED, CLICKED + 1.4, lift.above(2.8))
+            make_discs("closing", clicks[:1], style.SELECTED, CLICKED + 1.4, lift.above(6.8))
         )
     return layers
 
@@ -128,7 +128,7 @@ def _make_pins(state: FeatureState, curve: DrawnCurve, lift: Lift, number: int) 
     feet = np.stack([np.asarray(at, np.float64) for _, at in curve.constraints])
     heads = feet + np.array(PIN) @ view.axes[:2] / view.scale
     stems = [np.stack([foot, head]) for foot, head in zip(feet, heads, strict=True)]
-    lift = lift.above(3.0)
+    lift = lift.above(6.0)
     name, colour = f"pins {number}", choose_curve_colour(curve.key)
     glint = style.make_circle() * 0.3 * HEAD + GLINT
     layers: list[Layer] = [

@@ -334,7 +334,7 @@ def _make_pointed(state: RetopoState) -> list[Layer]:
     if state.quads_shown:
         for line, colour in zip(tool.strips_under(), style.STRANDS, strict=False):
             rim = LineLook(style.PAPER, STRAND_WIDTH + 2.0, lift.above(0.6))
-            look = LineLook(colour, STRAND_WIDTH, lift.above(1.2))
+            look = LineLook(colour, STRAND_WIDTH, lift.above(1.2 + STRAND_WIDTH))
             layers.append(_make_laid(f"strip rim {colour}", state, [line], rim))
             layers.append(_make_laid(f"strip {colour}", state, [line], look))
     layers += _make_preview(state)
@@ -367,8 +367,8 @@ def _make_preview(state: RetopoState) -> list[Layer]:
     images = [image for curve in preview.curves if (image := mirror(curve)) is not None]
     for name, lines, colour, width, raised in (
         ("preview rim", preview.curves, style.PAPER, PREVIEW_WIDTH + 2.2, 1.0),
-        ("preview image", images, PREVIEW, IMAGE_WIDTH, 2.0),
-        ("preview", preview.curves, PREVIEW, PREVIEW_WIDTH, 2.4),
+        ("preview image", images, PREVIEW, IMAGE_WIDTH, 4.0),
+        ("preview", preview.curves, PREVIEW, PREVIEW_WIDTH, 4.4),
     ):
         layers.append(Curves.of(name, lines, LineLook(colour, width, lift.above(raised))))
     if preview.quads is not None:

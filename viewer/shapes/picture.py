@@ -109,7 +109,9 @@ def _make_curves(state: ShapesState, sight: ShapeInView) -> list[Layer]:
                 colour = GRABBED
             rim = LineLook(style.PAPER, HOT_WIDTH + 2.6, HOT_LIFT.above(-0.7))
             layers.append(Curves.of("rim", [at], rim))
-            layers.append(Curves.of("hot", [at], LineLook(colour, HOT_WIDTH, HOT_LIFT)))
+            layers.append(
+                Curves.of("hot", [at], LineLook(colour, HOT_WIDTH, HOT_LIFT.above(HOT_WIDTH)))
+            )
         else:
             by_colour.setdefault(colour, []).append(at)
         if line.name in state.shaping.choice.held:
