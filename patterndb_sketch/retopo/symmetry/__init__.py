@@ -1,9 +1,8 @@
 """Symmetry: what is drawn on one side of a plane is on the other side, too.
 
 Read :mod:`.half` (planes, the surface cut by one, strokes split at it), :mod:`.seam` (a network cut
-there, with the cut as chains marked SYMMETRY), :mod:`.images` (back to the whole: of a network,
-and of a mesh), :mod:`.painting` (density on both sides) and :mod:`.proposal` (the plane that a
-surface has by itself).
+there, with the cut as chains marked SYMMETRY), :mod:`.images` (back to the whole: of a network, a
+mesh and painted density) and :mod:`.proposal` (the plane that a surface has by itself).
 """
 
 from patterndb_sketch.retopo.symmetry.half import (
@@ -13,8 +12,13 @@ from patterndb_sketch.retopo.symmetry.half import (
     refuse_beyond,
     split_stroke,
 )
-from patterndb_sketch.retopo.symmetry.images import MirroredMesh, end_symmetry, mirror_mesh
-from patterndb_sketch.retopo.symmetry.painting import mirror_density, mirror_paint
+from patterndb_sketch.retopo.symmetry.images import (
+    MirroredMesh,
+    end_symmetry,
+    mirror_density,
+    mirror_mesh,
+    mirror_paint,
+)
 from patterndb_sketch.retopo.symmetry.proposal import (
     Proposal,
     format_share,

@@ -1,4 +1,4 @@
-"""Make the image of a half: of its network, where symmetry ends, and of its mesh."""
+"""Make the image of a half: of its network, where symmetry ends, of its mesh, and of density."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import count
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
@@ -17,11 +18,13 @@ from patterndb_sketch.retopo.network import (
     NONE,
     SYMMETRY,
     Chain,
+    Density,
     Edit,
     HalfChain,
     Network,
     NetworkBuilder,
     Node,
+    Paint,
     Patch,
     walk_face,
 )
@@ -29,6 +32,9 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Plane
 from patterndb_sketch.retopo.tracing.curves import project_near
 from patterndb_sketch.retopo.wording import format_place
+
+#: An image that is this near to a line of the brush, in its radii, is that line.
+SAME = 1e-9
 
 
 def end_symmetry(network: Network, surface: Surface, sizes: Sizes, plane: Plane) -> Edit:
@@ -297,3 +303,33 @@ def _find_pinched(half: RetopoMesh, seam: np.ndarray) -> Int32Array:
     rim = {(min(a, b), max(a, b)) for a, b in find_open_edges(half).tolist()}
     inner = [edge for edge in edges.tolist() if tuple(edge) not in rim]
     return np.array(inner, np.int32).reshape(-1, 2)
+
+
+def mirror_paint(stroke: Paint, plane: Plane) -> Paint:
+    """A brush stroke along its lines and their images, each once.
+
+    One stroke, not two: where both sides of it overlap, at the plane, it has its effect once.
+    """
+    image = replace(
+        stroke,
+        starts=plane.mirror(stroke.starts),
+        ends=plane.mirror(stroke.ends),
+        normals=plane.mirror_directions(stroke.normals),
+    )
+    there = np.concatenate([stroke.starts, stroke.ends], axis=1)
+    back = np.concatenate([stroke.ends, stroke.starts], axis=1)
+    made = np.concatenate([image.starts, image.ends], axis=1)
+    away, _ = KDTree(np.concatenate([there, back])).query(made)
+    new = away > SAME * stroke.radius
+    if not new.any():
+        return stroke
+    return stroke.joined(
+        replace(image, starts=image.starts[new], ends=image.ends[new], normals=image.normals[new])
+    )
+
+
+def mirror_density(density: Density, plane: Plane) -> Density:
+    """The density with all its strokes on both sides."""
+    if not density.strokes:
+        return density
+    return Density(tuple(mirror_paint(one, plane) for one in density.strokes))

@@ -39,7 +39,7 @@ from patterndb_sketch.retopo.symmetry.half import (
     find_plane_crossings,
     measure_heights,
 )
-from patterndb_sketch.retopo.symmetry.painting import mirror_density
+from patterndb_sketch.retopo.symmetry.images import mirror_density
 
 #: A node on the plane is on the seam if it is this near to it, in samplings: its curve's samples
 #: are on the surface, what is between them a little off.
