@@ -34,9 +34,12 @@ def arc_length(points: Points) -> NDArray[np.float64]:
 
 def at_lengths(points: Points, lengths: ArrayLike) -> Points:
     """(m, 3) points of the polyline (k, 3) at these arc lengths (m,), the ends beyond them."""
-    along = arc_length(points)
-    wanted = np.asarray(lengths, np.float64)
-    return np.stack([np.interp(wanted, along, points[:, d]) for d in range(3)], axis=1)
+    return interpolate(points, arc_length(points), np.asarray(lengths, np.float64))
+
+
+def interpolate(values: Points, along: NDArray[np.float64], wanted: NDArray[np.float64]) -> Points:
+    """(m, 3) values (k, 3), known at places (k,) in ascending order, at wanted places (m,)."""
+    return np.stack([np.interp(wanted, along, values[:, d]) for d in range(3)], axis=1)
 
 
 def find_nearest_on(line: Points, point: ArrayLike) -> tuple[float, int, float]:

@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.polyline import interpolate
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.joints import BEYOND, AtSingularity, InWedge, OnChain, OnLine
 from patterndb_sketch.retopo.errors import RefusedError
@@ -382,9 +383,7 @@ def interpolate_line(
     points: Points, normals: Points, along: Floats, wanted: Floats
 ) -> tuple[Points, Points]:
     """(k, 3) points of a polyline at lengths (k,) along it, and (k, 3) unit normals."""
-    at = np.stack([np.interp(wanted, along, points[:, c]) for c in range(3)], axis=1)
-    up = np.stack([np.interp(wanted, along, normals[:, c]) for c in range(3)], axis=1)
-    return at, units(up)
+    return interpolate(points, along, wanted), units(interpolate(normals, along, wanted))
 
 
 def is_cellular(network: Network, surface: Surface) -> bool:

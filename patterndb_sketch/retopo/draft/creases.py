@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.polyline import arc_length, interpolate
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.frames import TangentFrames
 from patterndb_sketch.retopo.network import (
@@ -391,7 +392,7 @@ def _find_corners(at: Points, chain: list[int], reach: float) -> list[int]:
     """Find the vertices where a chain turns sharply, those that turn most first."""
     closed = chain[0] == chain[-1]
     line = at[chain]
-    along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]
+    along = arc_length(line)
     total = float(along[-1])
     reach = min(reach, REACH_SHARE * total)
     inner = np.arange(0 if closed else 1, len(chain) - 1)
@@ -413,7 +414,7 @@ def _find_corners(at: Points, chain: list[int], reach: float) -> list[int]:
 def _interpolate(line: Points, along: Floats, place: Floats, closed: bool) -> Points:
     total = along[-1]
     place = place % total if closed else np.clip(place, 0.0, total)
-    return np.stack([np.interp(place, along, line[:, c]) for c in range(3)], axis=1)
+    return interpolate(line, along, place)
 
 
 class _CreaseBuilder:

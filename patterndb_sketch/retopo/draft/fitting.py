@@ -23,6 +23,7 @@ from scipy.sparse import coo_array, csr_array
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.polyline import interpolate
 from patterndb.geometry.quadshape import flipped, scaled_jacobian
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.fixedcurves import find_fixed_curves
@@ -386,8 +387,7 @@ class _Fit:
         parts = max(2, int(np.ceil(length / (self.sizes.sampling * chain.count)))) * chain.count
         place = np.linspace(0.0, chain.count, parts + 1)
         points = np.asarray(CubicSpline(np.arange(len(along)), corners, bc_type="natural")(place))
-        number = np.arange(len(along))
-        normals = units(np.stack([np.interp(place, number, up[:, c]) for c in range(3)], axis=1))
+        normals = units(interpolate(up, np.arange(len(along), dtype=np.float64), place))
         there = project_near(self.surface, points, normals, self.sizes)
         points, normals = there.points.copy(), there.normals.copy()
         for k, node in zip((0, -1), ends, strict=True):

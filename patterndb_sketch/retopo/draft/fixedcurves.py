@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.polyline import arc_length, interpolate
 from patterndb_sketch.retopo.network import FACE, Chain, HalfChain, Network
 
 #: Two chains continue each other if the cosine of the angle between them is above this.
@@ -61,9 +62,8 @@ class FixedCurve:
         """Return (k, 3) points and unit normals at lengths (k,) along the curve."""
         total = self.place[-1]
         along = along % total if self.closed else np.clip(along, 0.0, total)
-        points = np.stack([np.interp(along, self.place, self.line[:, c]) for c in range(3)], axis=1)
-        up = np.stack([np.interp(along, self.place, self.normals[:, c]) for c in range(3)], axis=1)
-        return points, units(up)
+        up = interpolate(self.normals, self.place, along)
+        return interpolate(self.line, self.place, along), units(up)
 
     def propose(self, move: Points) -> Floats:
         """Return (n,) lengths where vertices slide to by moves (v, 3), none past a neighbour."""
@@ -185,6 +185,6 @@ def _join(
     last_line, last_up = network.chains[halves[-1] >> 1].directed(halves[-1])
     line = np.concatenate([*lines, last_line[-1:]])
     up = np.concatenate([*normals, last_up[-1:]])
-    place = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))]
+    place = arc_length(line)
     lengths = np.concatenate([*along, [far]])
     return FixedCurve(np.array(numbers), lengths, line, up, place, closed, pieces)

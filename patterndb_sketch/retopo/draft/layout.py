@@ -9,6 +9,7 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
+from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.draft.assembly import (
     DraftLine,
@@ -182,9 +183,7 @@ def _lay_field(
     lines: list[DraftLine] = []
     for arc in arcs:
         normals = _normals_along(field, arc.triangles)
-        along = np.concatenate(
-            [[0.0], np.cumsum(np.linalg.norm(np.diff(arc.points, axis=0), axis=1))]
-        )
+        along = arc_length(arc.points)
         one = joints.start(arc.begin, (int(arc.triangles[0]), arc.points[1]))
         two = joints.start(arc.end, (int(arc.triangles[-1]), arc.points[-2]))
         lines.append(DraftLine(arc.points, normals, along, one, two))
