@@ -8,6 +8,7 @@ import pytest
 from patterndb_sketch.retopo.network import check_network
 from query.engine import PatternSource
 from tests.support.viewer.sheets import (
+    ROOM,
     SQUARE,
     at,
     click,
@@ -22,10 +23,10 @@ from tests.support.viewer.sheets import (
     texts,
     tube,
 )
-from viewer import style
 from viewer.retopo import RetopoState
 from viewer.retopo.marks import INK
-from viewer.retopo.picture import _pointed
+from viewer.retopo.picture import RetopoPainter
+from viewer.stage import Curves
 
 
 def test_what_is_drawn_becomes_curves_and_a_loop_of_them_quads(state: RetopoState) -> None:
@@ -196,11 +197,9 @@ def test_what_is_drawn_on_one_half_is_on_both(source: PatternSource) -> None:
 
 
 def count_ribbons(state: RetopoState) -> int:
-    """The bands in the colour of what is being drawn, beside those of nothing."""
-    parts = [colours.reshape(-1, 3) for _, colours in _pointed(state) if len(colours)]
-    # A band is darker at its rim than in its middle: the hue tells it.
-    ink = style.parse_colour(INK)
-    return sum(np.corrcoef(part.mean(axis=0), ink)[0, 1] > 0.999 for part in parts)
+    """Count the curves in the colour of what is being drawn."""
+    layers = RetopoPainter().compose(state, *ROOM).layers
+    return sum(isinstance(one, Curves) and one.look.colour == INK for one in layers)
 
 
 def test_what_is_being_drawn_is_seen_on_the_other_half_too(source: PatternSource) -> None:
