@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from patterndb.system.extras import require_extra
 from patterndb_app.cli.fill import record_accepted
 from patterndb_app.cli.options import (
     NUMBERS,
@@ -104,6 +105,8 @@ def explore(
         from viewer.shell.probe import check_display
 
         check_display()
+    else:
+        require_extra("viewer", "-o, a picture,", ("vtkmodules", "pyvista", "matplotlib"))
     # Imported here because --help need not wait for it.
     from viewer.explore import explore as open_explorer
     from viewer.explorer_commands import KEYS
