@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.camera import PLAIN, StageLook, View
+from viewer.paper import list_font_files
 from viewer.scene import Scene, ScenePolygons
 
 Indices = NDArray[np.integer[Any]]
@@ -490,11 +491,9 @@ class LayerStage:
 
 
 def find_font(*, bold: bool, mono: bool) -> str:
-    """Find the file of a font: DejaVu, which comes with matplotlib, which comes with pyvista."""
-    from matplotlib import get_data_path
-
+    """Find the file of a font of pictures."""
     name = f"DejaVuSans{'Mono' if mono else ''}{'-Bold' if bold else ''}.ttf"
-    return str(Path(get_data_path()) / "fonts" / "ttf" / name)
+    return next(file for file in list_font_files() if Path(file).name == name)
 
 
 class _LayerActor:
