@@ -282,22 +282,24 @@ mod tests {
         for _ in 0..300 {
             let w = 1 + chance.below(12) as usize;
             let longest = [6, 60, 2000][chance.below(3) as usize];
-            let mut joined = vec![false; w * w];
+            // How many polychords join two sides; they make base lengths.
+            let mut joins = vec![0; w * w];
+            let mut join = |i: usize, j: usize, number: i64| {
+                joins[i * w + j] = number;
+                joins[j * w + i] = number;
+            };
             for i in 0..w {
-                for j in i..w {
-                    let is_joined = chance.below(10) < if i == j { 1 } else { 3 };
-                    joined[i * w + j] |= is_joined;
-                    joined[j * w + i] |= is_joined;
-                }
-                if !joined[i * w..][..w].contains(&true) {
-                    let j = chance.below(w as i64) as usize;
-                    joined[i * w + j] = true;
-                    joined[j * w + i] = true;
+                join(i, chance.below(w as i64) as usize, 1);
+            }
+            for (i, j) in (0..w).flat_map(|i| (i..w).map(move |j| (i, j))) {
+                if chance.below(10) < if i == j { 1 } else { 3 } {
+                    join(i, j, 1 + chance.below(2));
                 }
             }
-            let base: Vec<i16> = (0..w)
-                .map(|_| 1 + chance.below(longest / 2) as i16)
-                .collect();
+            let joined: Vec<bool> = joins.iter().map(|&number| number > 0).collect();
+            let times = 1 + chance.below(longest / 6);
+            let length = |i: usize| joins[i * w..][..w].iter().sum::<i64>() + joins[i * w + i];
+            let base: Vec<i16> = (0..w).map(|i| (times * length(i)) as i16).collect();
             let n_lanes = 1 + chance.below(70) as usize;
             let mut lengths = Vec::with_capacity(n_lanes * w);
             for _ in 0..n_lanes {
