@@ -126,13 +126,13 @@ class Camera:
     points: (n, 3) of what is seen. toward: (3,) from where, up: (3,) what is upright, at first.
     view: where things are in the picture. room: width and height of the picture without the
     panel, in points. pointer: its place, in points from the middle of the picture. turntable: does
-    a drag turn about what is upright, rather than any way? look: how faces are shown.
+    a drag turn about what is upright, rather than any way? face_look: how faces are shown.
     """
 
     def __init__(self, points: Points, toward: ArrayLike, up: ArrayLike) -> None:
         self.pointer: tuple[float, float] | None = None
         self.turntable = False
-        self.look = PLAIN
+        self.face_look = PLAIN
         self.room = (HEIGHT, HEIGHT)
         self._points = points
         self._toward = np.array(toward, np.float64)
@@ -326,15 +326,15 @@ class ViewerState(Generic[Kind]):
 
     def next_shading(self) -> None:
         """Shade faces in the next way."""
-        look = self.camera.look
+        look = self.camera.face_look
         shading = SHADINGS[(SHADINGS.index(look.shading) + 1) % len(SHADINGS)]
-        self.camera.look = replace(look, shading=shading)
+        self.camera.face_look = replace(look, shading=shading)
         self.message = f"shading: {shading}"
 
     def toggle_look(self, name: str) -> None:
         """Turn one of the switches of how faces are shown, by its name."""
-        look = self.camera.look
-        self.camera.look = replace(look, **{name: not getattr(look, name)})
+        look = self.camera.face_look
+        self.camera.face_look = replace(look, **{name: not getattr(look, name)})
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches, by its name."""

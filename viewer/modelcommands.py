@@ -18,9 +18,9 @@ LOOKS: tuple[Command[Any], ...] = (
     Command("shading", "Next shading", "View", ("Y",), lambda s: s.next_shading(),
             "Light from both sides, clay, or every face by itself"),
     Command("x-ray", "X-ray", "View", ("X",), lambda s: s.toggle_look("x_ray"),
-            "See through faces", checked=lambda s: s.camera.look.x_ray),
+            "See through faces", checked=lambda s: s.camera.face_look.x_ray),
     Command("wire", "Wire frame", "View", ("W",), lambda s: s.toggle_look("wire"),
-            "Only the edges of triangles", checked=lambda s: s.camera.look.wire),
+            "Only the edges of triangles", checked=lambda s: s.camera.face_look.wire),
 )  # fmt: skip
 
 #: A direction (3,).

@@ -167,7 +167,7 @@ class Frame:
         """
         camera.fill(width, height - below)
         middle = (width / 2.0, (height + below) / 2.0)
-        return cls(Scene(width, height), camera.view, middle, camera.look)
+        return cls(Scene(width, height), camera.view, middle, camera.face_look)
 
     def drawn(self, layers: Sequence[Layer]) -> Drawn:
         """The picture of layers, with what is flat over them."""
