@@ -163,9 +163,9 @@ class _Composer:
             return
         meant = self.state.meant_side
         chosen = self.state.side_under() if meant is None else meant
-        drawn = boundary is not None and boundary.points is not None
-        if boundary is not None and boundary.points is not None:
-            edges = self._lay_ring(boundary.points) if net is None else net.border
+        ticks = None if boundary is None else boundary.points
+        if boundary is not None and ticks is not None:
+            edges = self._lay_ring(ticks) if net is None else net.border
             sides = [edges[a:b].reshape(-1, 3) for a, b in pairwise(boundary.side_starts)]
         else:
             sides = [self._along(side) for side in contour.sides]
@@ -173,9 +173,8 @@ class _Composer:
             colour = style.SELECTED if i == chosen else style.BOUNDARY
             look = self.look(colour, BOUNDARY_WIDTH, LINES)
             self.layers.append(Curves.of(f"side {i}", [side], look))
-        if drawn:
+        if ticks is not None:
             lift, radius = self.lift.above(TICKS), 0.95 * BOUNDARY_WIDTH
-            ticks = boundary.points
             self.layers.append(make_discs("ticks", ticks, style.BOUNDARY, radius, lift))
         self._add_corners()
 

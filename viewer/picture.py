@@ -113,7 +113,7 @@ def make_plotter(size: tuple[int, int]) -> Any:
 
     # Without a display VTK warns before it takes EGL or OSMesa.
     with pv.vtk_verbosity("off"):
-        plotter = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
+        plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="none")
         plotter.render_window.SetMultiSamples(0)
         plotter.set_background(style.PAPER)
         plotter.show(auto_close=False)

@@ -122,8 +122,6 @@ def plot(
     anything that cannot be shown, and ValueError for a shading there is not.
     """
     require_extra("viewer", "plotting", PACKAGES)
-    import pyvista as pv
-
     chosen = PlotOptions(**choices) if options is None else options
     points = _find_points(thing)
     width, height = (float(n) for n in (SIZE if plotter is None else plotter.window_size))
@@ -139,17 +137,25 @@ def plot(
     fresh = plotter is None
     check_rendering()
     if plotter is None:
-        with pv.vtk_verbosity("off"):
-            plotter = pv.Plotter(
-                off_screen=pv.OFF_SCREEN or not has_display(),
-                window_size=list(SIZE),
-                lighting="none",
-            )
-        plotter.set_background(style.PAPER)
-        plotter.enable_anti_aliasing("msaa", multi_samples=SAMPLES)
-        plotter.add_axes()
+        plotter = _make_plotter()
     drawn = Drawn(Scene(width, height), layers, view, (width / 2.0, height / 2.0), look)
     LayerStage(plotter).follow(drawn, aim=fresh)
+    return plotter
+
+
+def _make_plotter() -> Any:
+    """Make an empty plotter, off-screen where there is no display."""
+    import pyvista as pv
+
+    with pv.vtk_verbosity("off"):
+        plotter: Any = pv.Plotter(
+            off_screen=pv.OFF_SCREEN or not has_display(),
+            window_size=list(SIZE),
+            lighting="none",
+        )
+    plotter.set_background(style.PAPER)
+    plotter.enable_anti_aliasing("msaa", multi_samples=SAMPLES)
+    plotter.add_axes()
     return plotter
 
 

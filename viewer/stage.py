@@ -12,7 +12,7 @@ it is drawn that much nearer to the viewer than it is, without moving in the pic
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -328,7 +328,7 @@ class LayerCache:
     def __init__(self) -> None:
         self._kept: dict[str, tuple[tuple[Any, ...], Any]] = {}
 
-    def get(self, name: str, inputs: tuple[Hashable, ...], make: Callable[[], Any]) -> Any:
+    def get(self, name: str, inputs: tuple[object, ...], make: Callable[[], Any]) -> Any:
         """Return what was made under a name, made again if an input is not the same object, or an
         equal number or text."""
         before = self._kept.get(name)

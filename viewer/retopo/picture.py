@@ -294,13 +294,13 @@ def _make_curves(state: RetopoState) -> list[Layer]:
     network, through, lift = state.network, _through(state), measure_lift(state)
     plain = [chain for chain in network.chains.values() if not chain.marked]
     marked = [chain for chain in network.chains.values() if chain.marked]
+    own = make_chain_curves("curves", plain, LineLook(CURVE, CURVE_WIDTH, lift), through=through)
     layers: list[Layer] = [
-        make_chain_curves("curves", plain, LineLook(CURVE, CURVE_WIDTH, lift), through=through),
+        own,
         make_chain_curves("marked", marked, LineLook(MARKED, CURVE_WIDTH, lift), through=through),
     ]
     plane = state.shown.state.plane
-    if plane is not None and len(layers[0].points):
-        own = layers[0]
+    if plane is not None and len(own.points):
         up = None if own.normals is None else plane.mirror_directions(own.normals)
         look = LineLook(IMAGE, 0.8 * CURVE_WIDTH, lift)
         layers.append(Curves("images", plane.mirror(own.points), own.sizes, look, up))

@@ -70,9 +70,9 @@ def _make_layers(state: ShapesState, cache: LayerCache) -> list[Layer]:
     layers: list[Layer] = [cache.get("faces", (sight.points,), lambda: _make_faces(sight))]
     if state.edges_shown:
         look = LineLook(EDGE, EDGE_WIDTH, EDGE_LIFT)
-        edges = sight.points[state.skin.edges]
+        edges = list(sight.points[state.skin.edges])
         layers.append(cache.get("edges", (sight.points,), lambda: Curves.of("edges", edges, look)))
-    outline = sight.view.unseen(sight.outline)
+    outline = list(sight.view.unseen(sight.outline))
     layers.append(Curves.of("outline", outline, LineLook(OUTLINE, OUTLINE_WIDTH, OUTLINE_LIFT)))
     if state.curves_shown:
         layers += _make_curves(state, sight)

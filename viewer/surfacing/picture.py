@@ -88,11 +88,11 @@ def _make_layers(state: SurfacingState, cache: LayerCache) -> list[Layer]:
         layers.append(cache.get("faces", (body, lit), lambda: make_pieces(body, lit)))
         if state.edges_shown:
             look = LineLook(FACE_EDGE, EDGE_WIDTH, EDGE_LIFT)
-            edges = body.edges
+            edges = list(body.edges)
             layers.append(cache.get("edges", (body,), lambda: Curves.of("edges", edges, look)))
     if body is not None and state.chords_shown:
         look = LineLook(CHORD, CHORD_PART * width, CHORD_LIFT)
-        chords = body.chords
+        chords = list(body.chords)
         layers.append(cache.get("chords", (body, width), lambda: Curves.of("chords", chords, look)))
     if state.off_shown:
         lit = under.number if under is not None and not under.on else -1

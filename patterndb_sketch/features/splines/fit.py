@@ -376,9 +376,8 @@ class PeriodRows:
 
     def select(self, held: NDArray[np.int64]) -> Floats:
         """(q, n) some of the rows, in full."""
-        if not len(held):
-            return np.zeros((0, self.matrix.shape[1]))
-        return np.asarray(self.matrix[held].todense())
+        rows: Any = self.matrix
+        return rows[held].toarray() if len(held) else np.zeros((0, rows.shape[1]))
 
     def make_normal_matrix(self) -> Floats:
         """(n, n) N'N in full."""
