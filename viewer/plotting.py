@@ -136,14 +136,13 @@ def plot(
     look = StageLook(chosen.shading, chosen.wire, chosen.x_ray, chosen.perspective, clip)
     fresh = plotter is None
     check_rendering()
-    if plotter is None:
-        plotter = _make_plotter()
+    plotter = _make_plotter() if plotter is None else plotter
     drawn = Drawn(Scene(width, height), layers, view, (width / 2.0, height / 2.0), look)
     LayerStage(plotter).follow(drawn, aim=fresh)
     return plotter
 
 
-def _make_plotter() -> Any:
+def _make_plotter() -> Plotter:
     """Make an empty plotter, off-screen where there is no display."""
     import pyvista as pv
 
