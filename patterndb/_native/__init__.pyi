@@ -9,4 +9,3 @@ from . import query as query
 from . import retopo as retopo
 from . import store as store
 from . import surfacing as surfacing
-from . import viewer as viewer

@@ -15,7 +15,6 @@ mod query;
 mod retopo;
 mod surfacing;
 mod unlocked;
-mod viewer;
 
 use pyo3::prelude::*;
 
@@ -42,6 +41,5 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     retopo::add(&add_module(module, "retopo")?)?;
     core::add_store(&add_module(module, "store")?)?;
     surfacing::add(&add_module(module, "surfacing")?)?;
-    viewer::add(&add_module(module, "viewer")?)?;
     Ok(())
 }

@@ -1,3 +1,0 @@
-from . import raster as raster
-from . import skin as skin
-from . import solid as solid
