@@ -71,13 +71,6 @@ impl<T: Element, const N: usize, D: Dimension> Rows<'_, T, N, D> {
     }
 }
 
-impl<T: Element, const N: usize, D: Dimension> RowsMut<'_, T, N, D> {
-    /// Return the sizes of the axes.
-    pub fn shape(&self) -> &[usize] {
-        self.0.shape()
-    }
-}
-
 impl<'a, 'py, T: Element + 'py, D: Dimension + 'py> FromPyObject<'a, 'py> for Items<'py, T, D> {
     type Error = PyErr;
 
