@@ -23,7 +23,14 @@ import pytest
 from patterndb.system.extras import EXTRAS
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/tutorial.md", "docs/holes.md", "docs/queries.md", "docs/pyvista.md")
+PAGES = (
+    "README.md",
+    "docs/tutorial.md",
+    "docs/concepts.md",
+    "docs/holes.md",
+    "docs/queries.md",
+    "docs/pyvista.md",
+)
 
 FENCE = re.compile(r"^```(sh|python)( \w+)?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
@@ -35,7 +42,9 @@ NEEDS = {
     "retopo": "sketch",
     "serve": "service",
     "browse": "viewer",
+    "explore": "viewer",
     "--view": "viewer",
+    "--picture": "viewer",
     "--server": "client",
     "--scheduler": "dask",
     "cp-sat": "sketch",
@@ -75,7 +84,8 @@ class Reader:
 
     def install(self, names: list[str]) -> None:
         for name in names:
-            for extra in re.findall(r"\[(\w+)\]", name):
+            listed = re.search(r"\[([\w,]+)\]", name)
+            for extra in listed[1].split(",") if listed else ():
                 self.extras.add(extra)
                 self.have.update(EXTRAS[extra].packages)
             self.have.add(name.lower())
@@ -141,7 +151,7 @@ def list_made(call: ast.Call) -> Iterator[str]:
     """List the files that a call makes: of open(name, "create") and mesh.write(name)."""
     name = call.func.attr if isinstance(call.func, ast.Attribute) else ""
     values = [one.value for one in call.args if isinstance(one, ast.Constant)]
-    if (name == "open" and "create" in values) or name in ("write", "savefig"):
+    if (name == "open" and "create" in values) or name in ("write", "save", "savefig"):
         yield from (one for one in values if isinstance(one, str))
 
 
