@@ -370,7 +370,7 @@ impl Search<'_> {
         self.begin_edge(first);
         while let Some(&step) = self.steps.last() {
             *looked += 1;
-            if *looked >= MOST_LOOKED || (*looked % STEPS_PER_LOOK == 0 && is_cancelled()) {
+            if *looked >= MOST_LOOKED || (looked.is_multiple_of(STEPS_PER_LOOK) && is_cancelled()) {
                 break;
             }
             let edge = &self.outline.edges[self.steps.len() - 1];
