@@ -155,17 +155,27 @@ def test_a_verb_whose_extra_lacks_says_what_installs_it(
     assert not (folder / "b.db").exists()
 
 
-def test_pictures_are_drawn_without_any_extra(folder: Path) -> None:
+def test_flat_pictures_are_drawn_without_any_extra(folder: Path) -> None:
     without = tuple(package for extra in EXTRAS.values() for package in extra.packages)
     for arguments in (
         "query --sides 2,2,2,2 --db a.db --limit 2 --image fills.png",
-        "explore --sides 2,2,2,2 --db a.db -o fill.png",
-        "surface triangle.json --picture surface.png",
+        "gallery --class 4 --db a.db -o sheet.png",
+        "browse --db a.db -o page.png",
     ):
         result, _ = run_watched(folder, *arguments.split(), without=without)
         assert result.code == 0, result.err
         drawn = folder / arguments.split()[-1]
         assert drawn.read_bytes().startswith(b"\x89PNG")
+
+
+def test_pictures_in_space_name_the_extra_before_any_work(folder: Path) -> None:
+    for arguments in (
+        "explore --sides 2,2,2,2 --db a.db -o fill.png",
+        "surface triangle.json --picture surface.png",
+    ):
+        result, _ = run_watched(folder, *arguments.split(), without=EXTRAS["viewer"].packages)
+        assert result.code == 3 and "extra viewer" in result.err
+        assert not (folder / arguments.split()[-1]).exists()
 
 
 def test_the_extras_are_those_of_the_package() -> None:

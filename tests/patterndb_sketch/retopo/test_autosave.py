@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from patterndb_sketch import sessions
+from patterndb_sketch import recovery
 from patterndb_sketch.recovery import EVERY, find_recoveries
 from patterndb_sketch.retopo.editor import Call, Retopology
 from patterndb_sketch.retopo.session import RETOPO_SESSION, RetopoSession, autosave_session
@@ -41,12 +41,12 @@ def clock() -> Clock:
 
 def left(session: Path | None, folder: Path | None = None) -> list[Path]:
     """What would be found had this process been killed, and another begun."""
-    own = set(sessions._OWN)
-    sessions._OWN.clear()
+    own = set(recovery._OWN)
+    recovery._OWN.clear()
     try:
         return [one.path for one in find_recoveries(session, folder)]
     finally:
-        sessions._OWN.update(own)
+        recovery._OWN.update(own)
 
 
 def drawn(editor: Retopology, k: int) -> None:

@@ -256,7 +256,7 @@ def test_of_a_draft_s_own_curves_it_is_not_told_that_they_leave_the_surface(
     before = editor.network
     do(editor, "stroke", points=jump)
     after = editor.network
-    laid = {c: replace(chain, laid=c not in before.chains) for c, chain in after.chains.items()}
+    laid = {c: replace(chain, auto=c not in before.chains) for c, chain in after.chains.items()}
     drafted = replace(after, chains=laid)
     assert len(find_new_leaps(before, after, editor.surface)) == 1
     assert not len(find_new_leaps(before, drafted, editor.surface))

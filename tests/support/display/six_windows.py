@@ -144,9 +144,9 @@ def keep_retopo(folder: Path) -> None:
 
 def keep_soon() -> None:
     """Have work that is in no session kept as soon as it changes."""
-    from viewer import sessions
+    from patterndb_sketch.recovery import Autosave
 
-    sessions.Autosave = partial(sessions.Autosave, every=SOON)  # type: ignore[misc, assignment]
+    Autosave.__init__.__kwdefaults__["every"] = SOON
 
 
 def keep_explorer(folder: Path) -> None:
@@ -184,7 +184,7 @@ def keep_features(folder: Path) -> None:
     from tests.support.viewer.tents import tent
     from viewer.features import window
 
-    window.Autosave = partial(window.Autosave, every=SOON)  # type: ignore[misc, assignment]
+    keep_soon()
     window.show(
         tent(), title="roof.obj", session=FeatureSession("roof.obj"), session_path=None,
         settings=SnapSettings(), keys="3", folder=folder,

@@ -31,7 +31,7 @@ from patterndb_sketch.retopo.draft.manifold import (
     part_touching,
 )
 from patterndb_sketch.retopo.draft.settings import SETTINGS
-from patterndb_sketch.retopo.draft.task import DraftBudget, DraftTask
+from patterndb_sketch.retopo.draft.task import DraftBudget, DraftRequest, DraftTask
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
     AT_LINE,
@@ -268,8 +268,7 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     surface = sphere()
     work = Retopology(surface, source)
     for edge in (float(low), float(high)):
-        wish = {"edge": edge, "quads": None, "sharp": "none", "strict": False}
-        draft._read_goal(work, wish)  # type: ignore[arg-type]
+        draft._read_goal(work, DraftRequest(edge=edge, sharp="none"))  # type: ignore[arg-type]
 
 
 def touching_balls(pinch: int) -> Surface:
@@ -683,16 +682,16 @@ def test_chains_of_borders_are_shared_out_by_their_sides() -> None:
     )
     faces = np.array([[0, 1, 2], [0, 2, 3], [6, 5, 4], [7, 6, 4], [8, 9, 10], [8, 10, 11]])
     surface = Surface.from_arrays(points, faces).orient()
-    parts = SurfaceParts.of(surface)
-    assert parts.parts == 3
+    squares = SurfaceParts.of(surface)
+    assert squares.parts == 3
     network = add_borders(Network(longest=9.0), surface, 0.05)
-    shared = parts.share_chains(network, surface, parts, 0.05)
+    shared = parts.share_chains(network, surface, squares, 0.05)
     assert sorted(shared.values()) == [0, 1, 2]
     for number, part in shared.items():
         middle = network.chains[number].points.mean(axis=0)
-        own = surface.vertices[surface.triangles[parts.part == part]].reshape(-1, 3).mean(axis=0)
+        own = surface.vertices[surface.triangles[squares.part == part]].reshape(-1, 3).mean(axis=0)
         np.testing.assert_allclose(middle, own, atol=0.3)
-        up = surface.normals[surface.triangles[parts.part == part][0, 0]]
+        up = surface.normals[surface.triangles[squares.part == part][0, 0]]
         assert network.chains[number].normals[0] @ up > 0.9
 
 
