@@ -11,16 +11,13 @@ ROOT = Path(__file__).resolve().parents[2]
 
 #: Pages whose language is still to be mended.
 PENDING = {
-    "architecture.md",
-    "features.md",
     "retopo.md",
-    "surfacing.md",
     # Written from docstrings and help.
     "api.md",
     "cli.md",
 }
 
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md"]
+PAGES = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")]
 PAGES += [page for page in sorted((ROOT / "docs").glob("*.md")) if page.name not in PENDING]
 
 #: Phrases that have a plainer form, and that form.
