@@ -85,7 +85,7 @@ def explore(
 
     BOUNDARY is a JSON file as of 'patterndb fill'; without one, a boundary is drawn in the
     window, corner by corner. Fills are shown as they are found. Change the boundary or draw
-    strokes, and they are looked for anew.
+    strokes, and the search begins again.
 
     \b
     patterndb explore --surface head.obj

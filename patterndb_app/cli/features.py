@@ -169,7 +169,7 @@ def features(
     table tells for every curve its length, samples, ribs that were mended or lost, and how far
     the stroke was from it.
 
-    Without --strokes the curves of the session are found anew; with --view alone they are shown
+    Without --strokes the curves of the session are found again; with --view alone they are shown
     as they are, and new ones drawn.
 
     Exit code 1 where a stroke has no curve, 3 for a file that is not what it must be.

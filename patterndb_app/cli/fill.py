@@ -67,7 +67,7 @@ MOST_OF_SURFACE = 0.5
     "--surface",
     type=MeshName(),
     metavar="FILE",
-    help="The mesh that the fill shall lie on, as the boundary does.",
+    help="The mesh that the fill and its boundary lie on.",
 )
 @click.option(
     "--strokes",
@@ -112,8 +112,8 @@ def fill(
      "strokes": [[[2,0,0],[4,1,0.3]], {"points": [...], "loop": true}]}
 
     The boundary's vertices, at equal distances along each side, stay where they are; with
-    "vertices": true they are the points themselves. Strokes are strands that the fill shall
-    have; they are pulled onto them.
+    "vertices": true they are the points themselves. The fill has a strand
+    for each stroke, pulled onto it.
 
     Exit code 1 where there is no such fill, 3 for a file that is not what it must be.
 

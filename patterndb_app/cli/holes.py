@@ -145,7 +145,7 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
     multiple=True,
     help="Vertices of the hole's rim, one or more, from 0. May be given again: several holes.",
 )
-@click.option("--faces", type=INDICES, help="Faces to be made anew instead, from 0.")
+@click.option("--faces", type=INDICES, help="Faces to replace instead, from 0.")
 @click.option("--all", "every", is_flag=True, help="Fill every hole, each with its best fill.")
 @rank_option("Take the K-th fill.")
 @click.option(
@@ -157,7 +157,7 @@ class HoleQuestion(HoleRequest, frozen=True, kw_only=True, forbid_unknown_fields
 @click.option(
     "--corners",
     type=VERTEX_CORNERS,
-    help="Quads that shall meet within at vertices of the rim: 1 a corner, 2 none, 3, 4.",
+    help="Quads inside the hole at boundary vertices: 1 for a corner, 2, 3 or 4.",
 )
 @click.option(
     "--flow",
@@ -210,7 +210,7 @@ def holes(
     With MESH alone its holes are listed: edges, place, size, and a vertex to name each by. With a
     hole named its fills are, best first; -o writes the whole mesh with one of them. A mesh with a
     single hole needs no name; of several holes each gets its best fill, in one mesh. A list of
-    faces is taken out and made anew.
+    faces is replaced.
 
     Old vertices and faces stay as they are, in their order; new ones come after. Vertices and faces
     count from 0. Where the mesh is symmetric and the other side has no hole, its mirror image

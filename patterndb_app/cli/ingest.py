@@ -129,12 +129,11 @@ def ingest(
     taken. A mesh that the database has learned with the same options is left as it is, so
     the same command goes on where an interrupted one stopped.
 
-    With --most-patterns no mesh has a greater share of the database than the others leave it: 15 %
-    of a million are 150000. What is left out is told of each mesh.
+    With --most-patterns no mesh contributes more patterns than this: 15 % of a million are
+    150000. The number of patterns left out is reported for each mesh.
 
-    All files are read before anything is learned, and one that cannot be read stops it, but with
-    --skip-bad. A mesh without quads has nothing to learn, and leaves nothing; exit code 1 if none
-    has any.
+    All files are read before anything is learned. A file that cannot be read stops the command,
+    unless --skip-bad is given. A mesh without quads is reported; exit code 1 if no mesh has any.
 
     \b
     patterndb ingest meshes/ --db my.db --licence CC0-1.0

@@ -90,7 +90,7 @@ class RetopoCommand(SectionedCommand):
 @click.option(
     "--sides",
     metavar="SIDES",
-    help="Sides that the picture shows, beside each other, such as front,left,top: home (over the "
+    help="Sides that the picture shows, next to each other, such as front,left,top: home (over the "
     "left front), front, back, left, right, top, bottom.  [default: home]",
 )
 @click.option(
@@ -118,7 +118,7 @@ class RetopoCommand(SectionedCommand):
 @click.option(
     "--exports-anywhere",
     is_flag=True,
-    help="Let the script write elsewhere than beside it and below; for scripts that you trust.",
+    help="Let the script write outside its own folder; for scripts that you trust.",
 )
 @dbs_to_read
 @may_overwrite

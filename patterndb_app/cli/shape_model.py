@@ -354,7 +354,7 @@ def _add_edit_options(command: Any) -> Any:
     "chosen",
     type=MODE,
     multiple=True,
-    help="Move along mode K, from 1, by so many standard deviations. May be repeated.",
+    help="Move along mode K, from 1, by this many standard deviations. May be repeated.",
 )
 @click.option("--random", is_flag=True, help="A shape at random, as likely as the learned ones.")
 @click.option("--seed", type=Count(), default=0, show_default=True, help="For --random.")
@@ -419,7 +419,7 @@ def edit(
     """Drag feature curves of a shape, and let the rest follow as the learned shapes do.
 
     The new shape is the one whose features come nearest to where they were dragged, no mode
-    beyond the learned shapes. What is left between a feature and its target is told.
+    beyond the learned shapes. The remaining distance between a feature and its target is printed.
 
     \b
     patterndb shape-model edit cars.npz --drag roof_rail=0,0,0.1 -o tall.obj

@@ -116,7 +116,7 @@ CURVE_NAMES = Parsed("id,id,...", _parse_curves)
 )
 @picture_option("Draw the surface into a PNG, without a window.")
 @view_option("Look at the surface in a window; F1 lists commands and keys.")
-@click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
+@click.option("--cycles-only", is_flag=True, help="Print the cycles only.")
 @click.option(
     "--find-cycles", is_flag=True, help="Find the cycles afresh even if the file has some."
 )
@@ -132,7 +132,7 @@ CURVE_NAMES = Parsed("id,id,...", _parse_curves)
     type=CURVE_NAMES,
     multiple=True,
     metavar="CYCLE",
-    help="A patch for this cycle, whatever else there is. May be repeated.",
+    help="Always make a patch for this cycle. May be repeated.",
 )
 @db_to_read
 @may_overwrite
@@ -167,7 +167,7 @@ def surface(
     share the vertices of the curves. A table tells for each patch which method answered, how
     many chords were candidates and were chosen, how many sub-problems the search had and how
     long all took, pieces, area, and pairs of faces that pass through each other. What stays
-    open is told: curves without a patch (--json: bound_nothing) and the rims of the surface
+    open is listed: curves without a patch (--json: bound_nothing) and the rims of the surface
     (open_rims), the shortest first; a picture marks them, dashed and orange.
 
     --alpha and --any-chord say how loops are cut: with them the method is chords if --method does

@@ -263,7 +263,7 @@ class SurfaceRequest(Request, frozen=True, kw_only=True):
     area_price: Annotated[
         Annotated[float, Meta(ge=0)],
         option(
-            "Take chords whatever area they add, as the paper does.",
+            "Take chords no matter how much area they add, as the paper does.",
             flag="--any-chord",
             constant=math.inf,
             hint="give a number from 0 on, or math.inf",

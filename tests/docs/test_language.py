@@ -14,7 +14,6 @@ PENDING = {
     "retopo.md",
     # Written from docstrings and help.
     "api.md",
-    "cli.md",
 }
 
 PAGES = [ROOT / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md", "SECURITY.md")]

@@ -257,7 +257,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
 
 ALIGN = Tool(
     "align",
-    "Move a curve or a corner onto the ridge or valley beside it.",
+    "Move a curve or a corner onto the nearest ridge or valley.",
     {"at": NEAR_CURVE, "mode": Argument(Word(MODES), "what it goes to", "both")},
     _act,
     position=180,

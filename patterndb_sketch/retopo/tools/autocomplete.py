@@ -150,7 +150,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
 
 AUTOCOMPLETE = Tool(
     "autocomplete",
-    "Take a patch suggested around a point beside others.",
+    "Take a patch suggested at a point next to others.",
     {
         "at": AT,
         "choice": Argument(Number(0, 1000, whole=True), "0 for the largest quad", 0, option=False),
@@ -162,7 +162,7 @@ AUTOCOMPLETE = Tool(
     control=Control(
         "a",
         "complete",
-        "point beside a patch; click: take it    - +: larger, smaller",
+        "point next to a patch; click: take it    - +: larger, smaller",
         target="none",
         brush="autocompletion",
     ),

@@ -73,7 +73,7 @@ def _recount(work: ToolWork, a: dict[str, Any]) -> Result:
 
 RECOUNT = Tool(
     "recount",
-    "Choose all counts that are not pinned anew.",
+    "Choose all counts again that are not pinned.",
     {"edge": optional_length("of an edge, from now on")},
     _recount,
     position=110,

@@ -119,14 +119,12 @@ def _draw(work: ToolWork, a: dict[str, Any]) -> SurfaceCurve:
 
 DENSITY = Tool(
     "density",
-    "Paint where quads shall be finer or coarser; counts follow.",
+    "Paint where quads are finer or coarser; counts follow.",
     {
         "points": Argument(PointList(), "the brush's way, on the surface", None),
         "at": Argument(Vector(), "a point of the surface, for a single dab", None),
         "how": Argument(Word(HOW), "finer or coarser than now, or as if never painted", "finer"),
-        "times": Argument(
-            Number(1.0, MOST), "so many edges for one in the middle of the brush", 2.0
-        ),
+        "times": Argument(Number(1.0, MOST), "edges for each one in the middle of the brush", 2.0),
         "radius": optional_length("of the brush"),
         "anew": Argument(Flag(), "take all paint away first", False, option=False),
     },

@@ -170,10 +170,10 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
 
 REDRAW = Tool(
     "redraw",
-    "Draw a part of a curve anew, from one place on it to another.",
+    "Redraw a part of a curve, from one place on it to another.",
     {"points": POINTS},
     _act,
     position=170,
     snaps=True,
-    control=Control("r", "redraw", "draw a part of a curve anew, from it back to it", brush="snap"),
+    control=Control("r", "redraw", "redraw a part of a curve, from it back to it", brush="snap"),
 )
