@@ -11,7 +11,6 @@ ROOT = Path(__file__).resolve().parents[2]
 
 #: Pages whose language is still to be mended.
 PENDING = {
-    "retopo.md",
     # Written from docstrings and help.
     "api.md",
 }
