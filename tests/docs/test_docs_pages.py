@@ -149,6 +149,8 @@ def test_pictures_are_small_and_all_shown() -> None:
 
 def test_every_difference_from_the_paper_is_told() -> None:
     told = (ROOT / "docs" / "definitions.md").read_text(encoding="utf-8")
+    named = set(re.findall(r"`([\w/]+\.(?:py|rs))`", told))
+    assert [name for name in sorted(named) if not (ROOT / name).exists()] == []
     packages = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
     for source in (path for name in packages for path in ROOT.glob(f"{name}/**/*.py")):
         text = re.sub(r"\s+", " ", source.read_text(encoding="utf-8"))
