@@ -101,7 +101,7 @@ LOWEST_TESTS ?= tests/core tests/patterndb/store/test_reading.py tests/patterndb
   tests/ingest/formats/test_libraries.py tests/ingest/formats/test_content.py \
   tests/query/test_boundary.py tests/query/listing/test_stream.py tests/patterndb_app/cli/test_text.py \
   tests/patterndb_app/service/test_asking.py \
-  tests/patterndb_sketch/retopo/counts/test_even.py tests/patterndb_sketch/features/fishbone/test_cut.py \
+  tests/patterndb_sketch/retopo/counts/test_choosing.py tests/patterndb_sketch/features/fishbone/test_cut.py \
   tests/viewer/test_browser_qt.py tests/viewer/test_pictures.py
 
 # Not editable: that would replace the core while other programs may have it loaded.

@@ -40,3 +40,14 @@ def test_the_conftest_loads_little() -> None:
         [sys.executable, "-c", script], cwd=CHECKOUT, capture_output=True, text=True, check=True
     )
     assert not {"scipy", "query", "ingest"} & set(done.stdout.split())
+
+
+def test_recipes_name_tests_that_exist() -> None:
+    recipes = [CHECKOUT / "Makefile", CHECKOUT / ".ci" / "run"]
+    named = {
+        name
+        for recipe in recipes
+        for name in re.findall(r"\btests/[\w/]+(?:\.py)?", recipe.read_text("utf-8"))
+    }
+    assert "tests/core" in named
+    assert [name for name in sorted(named) if not (CHECKOUT / name).exists()] == []
