@@ -58,8 +58,8 @@ FADED = "#a3abb5"
 SURFACE, SURFACE_BACK = "#c3ccd6", "#97a2ae"
 QUADS, CARRIED, FORMER = "#fff8ea", "#ffcb80", "#cfd3d8"
 
-#: A fill's pieces cut through the surface's triangles: it is drawn nearer by so many points and
-#: this part of an edge. Lines and marks are nearer by so many points more.
+#: A fill's pieces cut through the surface's triangles: it is drawn nearer by this many points and
+#: this part of an edge. Lines and marks are nearer by this many points more.
 LIFT = (2.0, 0.12)
 LINES, TICKS, CORNERS, STROKES, MARKS = 0.8, 1.4, 2.0, 2.6, 3.2
 
@@ -67,7 +67,7 @@ LINES, TICKS, CORNERS, STROKES, MARKS = 0.8, 1.4, 2.0, 2.6, 3.2
 def compose_explorer(
     state: ExplorerState, width: float, height: float, cache: LayerCache | None = None
 ) -> Drawn:
-    """Compose the picture of so many points; cache: of the last picture of this state."""
+    """Compose the picture of a given size in points; cache: of the last picture of this state."""
     frame = Frame.of(state.camera, width, height)
     placed = None if state.hiding else state.finder.placed
     # What was found before the boundary changed stays in sight until there is something new.
@@ -105,7 +105,7 @@ class _Composer:
         self.lift = Lift(LIFT[0], 0.0 if net is None else LIFT[1] * net.edge)
 
     def look(self, colour: str, width: float, above: float) -> LineLook:
-        """Return a look of lines, so many points above the fill."""
+        """Return a look of lines, this many points above the fill."""
         return LineLook(colour, width, self.lift.above(above))
 
     def add_surface(self) -> None:

@@ -69,7 +69,7 @@ class Page(PaintTarget):
         return self.format_svg().encode() if vector else self.encode_png()
 
     def encode_png(self, dpi: float = DPI) -> bytes:
-        """Return the page as the bytes of a PNG file, with so many pixels to the inch."""
+        """Return the page as the bytes of a PNG file, with this many pixels to the inch."""
         from resvg_py import svg_to_bytes
 
         text = self.format_svg(joined=True)

@@ -72,7 +72,7 @@ def save_sheet(
 
 
 def _make_page(scene: Scene, height: int) -> Page:
-    """Make the page of a flat scene, so many pixels high as PNG: painting it needs no VTK."""
+    """Make the page of a flat scene, as PNG of a given height in pixels, without VTK."""
     scale = height / scene.height * POINTS_PER_INCH / DPI
     page = Page(scene.width * scale, scene.height * scale)
     for patch in scene.patches:
@@ -103,7 +103,7 @@ def paint_drawn(sheet: Sequence[Drawn], height: int) -> list[NDArray[np.uint8]]:
 
 
 def make_plotter(size: tuple[int, int]) -> Any:
-    """Make a plotter of so many pixels that shows nothing on a screen.
+    """Make a plotter of a given size in pixels that shows nothing on a screen.
 
     Raises MissingExtraError without pyvista, and PictureError where VTK could not draw.
     """
@@ -161,7 +161,7 @@ class Frame:
 
     @classmethod
     def of(cls, camera: Camera, width: float, height: float, below: float = 0.0) -> Frame:
-        """For a picture of so many points, into which the camera's view is fitted.
+        """For a picture of a given size in points, into which the camera's view is fitted.
 
         below: points that the view leaves free at the bottom.
         """

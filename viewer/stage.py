@@ -54,8 +54,8 @@ MATCAP = """//VTK::Light::Impl
 #: Faces that meet at a smaller angle, in degrees, are shaded as one smooth surface.
 CREASE = 37.0
 
-#: White that a model one can see through is mixed with, and how far it is behind all else: so
-#: many times its size, and so many points.
+#: White that a model one can see through is mixed with, and how far it is behind all else: this
+#: many times its size, and this many points.
 FADED, BEHIND = 0.62, (2.0, 100.0)
 
 #: What faces away from the viewer by more than this cosine is hidden by the surface.
@@ -79,7 +79,7 @@ class Lift(NamedTuple):
     space: float = 0.0
 
     def above(self, points: float) -> Lift:
-        """Return a lift that is greater by so many points."""
+        """Return a lift that is greater by this many points."""
         return Lift(self.points + points, self.space)
 
     def measure(self, view: View) -> float:

@@ -326,7 +326,7 @@ class SurfacingEditing:
         """Keep a stroke that was drawn on the surface."""
         if ink.missed:
             self.message = (
-                f"the stroke left the surface: {ink.missed} of {ink.rays} places are beside it, "
+                f"the stroke left the surface: {ink.missed} of {ink.rays} places are off it, "
                 f"it is in {len(ink.parts)} part{'' if len(ink.parts) == 1 else 's'}"
             )
         self.steps.step(replace(self.edits, inks=(*self.edits.inks, ink)))
@@ -343,7 +343,7 @@ class SurfacingEditing:
             return False
         ink = self.edits.inks[-1]
         if made.surfacing is not ink.surfacing:
-            self.message = "the surface has changed since the stroke was drawn; draw it anew"
+            self.message = "the surface has changed since the stroke was drawn; draw it again"
             return False
         try:
             after = self.edits.with_stroke(ink, reach)

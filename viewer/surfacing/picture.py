@@ -69,7 +69,7 @@ def compose_surface(
     caption: str = "",
     cache: LayerCache | None = None,
 ) -> Drawn:
-    """Compose the picture of so many points.
+    """Compose the picture of a given size in points.
 
     caption: a line below the network. cache: of the last picture of this state.
     """

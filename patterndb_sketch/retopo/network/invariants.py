@@ -186,7 +186,7 @@ def check_kept_faces(before: Network, after: Network) -> None:
             if not chain.marked and lies_within(corners, chain.points, chain.normals).any():
                 raise RefusedError(
                     f"the curve would lie in a face that was given, at "
-                    f"{format_place(corners.mean(axis=0))}: it stays as it is; draw beside it"
+                    f"{format_place(corners.mean(axis=0))}: it stays as it is; draw next to it"
                 )
 
 
